@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_PLAN_H
+#define FM_PLAN_H
+
+// A transform after validation: what every backend works from. See docs/architecture.md for the passes.
+//
+// All backends compute a raw distance a voxel, then finish it:
+//   exact:    raw is a uint32: L1 or Linf steps, or the squared L2 distance; FM_RAW_NONE where there is no site.
+//   weighted: raw is a float: sums of weight[axis] * |d| (L1, Linf) or weight[axis] * d * d (L2), each operation rounded to float,
+//             added in the order x, y, z; +infinity where there is no site.
+// Finishing, in this order: the way out of the grid where `border` is set, the root of L2 unless squared, the cap, the scale,
+// the conversion to the distance type, the sign.
+
+#include "volume/volume.h"
+
+#define FM_RAW_NONE UINT32_MAX
+
+typedef struct fm_plan {
+    fm_shape shape;
+    fm_metric metric;
+    bool brute_force;
+    bool weighted;
+    float weight[3];  // weighted only: spacing, or its square for L2
+    bool is_signed;
+    bool squared;
+    bool border;  // for unsigned fields and the outer side of signed ones: what lies outside counts as a site
+                  // (the inner side of a signed field has the opposite rule)
+    fm_select select;
+    double threshold;
+    int64_t label;
+
+    bool want_distance;
+    fm_type distance_type;
+    bool want_index;
+    fm_type index_type;
+
+    uint32_t greatest;  // exact only: the greatest raw distance that the shape allows; below FM_RAW_NONE
+    // A raw distance above this is capped; FM_RAW_NONE (exact) or +infinity (weighted) for no limit.
+    uint32_t cap_raw;
+    float cap_raw_weighted;
+    double cap;         // the limit itself in the units of the result; +infinity for none
+    double scale;       // exact F32 results: isotropic spacing (its square when squared); else 1
+    double value_none;  // result where there is no site: the largest value of the type, +infinity for F32, or the cap
+    double value_cap;   // result where the raw distance is above cap_raw
+} fm_plan;
+
+// Checks a descriptor against a shape and types and derives the plan. `distance` or `index` NULL: not wanted.
+fm_result fm_plan_make(const fm_transform_desc *desc, fm_shape shape, fm_type solid, const fm_type *distance, const fm_type *index,
+                       fm_plan *plan);
+
+// Sites as bits in host memory: FM_TYPE_BITS layout, bits past the row end zero.
+typedef struct fm_sites {
+    fm_shape shape;
+    const uint32_t *words;
+} fm_sites;
+
+// Host backend: fills `distance` and `index` (either may be NULL) from the sites.
+fm_result fm_cpu_transform(fm_context *context, const fm_plan *plan, const fm_sites *sites, void *distance, void *index);
+
+// Vulkan backend: volumes in device memory; `solid` of type U8, U16, U32, F32 or BITS. Asynchronous, complete at `ticket`.
+fm_result fm_gpu_transform(fm_context *context, const fm_plan *plan, const fm_volume *solid, fm_volume *distance, fm_volume *index,
+                           fm_ticket *ticket);
+
+#endif

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_CONTEXT_H
+#define FM_CONTEXT_H
+
+// What a context holds. The backend is decided once, when it is made.
+
+#include "base/base.h"
+#include "base/pool.h"
+
+typedef struct fm_gpu fm_gpu;
+
+enum { FM_MAX_PASSES = 64 };
+
+// What host memory is kept for.
+typedef enum fm_purpose { FM_PURPOSE_VOLUMES = 0, FM_PURPOSE_SCRATCH, FM_PURPOSE_STAGING, FM_PURPOSE_COUNT } fm_purpose;
+
+const char *fm_purpose_name(fm_purpose purpose);
+
+// Bytes held now and at most.
+typedef struct fm_meter {
+    uint64_t bytes, peak;
+} fm_meter;
+
+void fm_meter_add(fm_meter *meter, uint64_t bytes);
+void fm_meter_remove(fm_meter *meter, uint64_t bytes);
+
+struct fm_context {
+    fm_allocator allocator;
+    fm_log log;
+    fm_backend backend;
+    fm_device_info device;
+    fm_pool *pool;
+    fm_gpu *gpu;  // NULL on the CPU backend
+    fm_meter host[FM_PURPOSE_COUNT];
+
+    void *scratch;  // grows, never shrinks but by fm_context_trim
+    uint64_t scratch_bytes;
+
+    // Passes of the newest operation of the CPU backend; the Vulkan backend keeps its own timers.
+    fm_pass passes[FM_MAX_PASSES];
+    uint32_t pass_count;
+    uint64_t pass_start;
+};
+
+// Host scratch memory of at least `bytes`, kept by the context; contents undefined. The next call may move it.
+fm_result fm_context_scratch(fm_context *context, uint64_t bytes, void **memory);
+
+// Timing of the CPU backend's passes: begin an operation, then end each pass with its name and the bytes that it must move.
+void fm_passes_begin(fm_context *context);
+void fm_passes_end(fm_context *context, const char *name, uint64_t bytes);
+
+// Fills what `count` and `capacity` of the public listing calls ask for: returns how many may be copied.
+uint32_t fm_listing(uint32_t *count, uint32_t available, bool wanted);
+
+#endif
