@@ -7,7 +7,7 @@ FATHOM_BUILD_PACKAGES="gcc libc6-dev cmake ninja-build pkg-config zlib1g-dev lib
 libcjson-dev libvulkan-dev libvulkan-volk-dev glslc mesa-vulkan-drivers"
 
 # To run the tests, sanitizers and fuzzers too.
-FATHOM_TEST_PACKAGES="vulkan-validationlayers clang libclang-rt-dev python3-minimal"
+FATHOM_TEST_PACKAGES="g++ vulkan-validationlayers clang libclang-rt-dev python3-minimal"
 
 fail() {
     echo "$(basename "$0"): $*" >&2
