@@ -8,8 +8,11 @@
 //   exact:    raw is a uint32: L1 or Linf steps, or the squared L2 distance; FM_RAW_NONE where there is no site.
 //   weighted: raw is a float: sums of weight[axis] * |d| (L1, Linf) or weight[axis] * d * d (L2), each operation rounded to float,
 //             added in the order x, y, z; +infinity where there is no site.
-// Finishing, in this order: the way out of the grid where `border` is set, the root of L2 unless squared, the cap, the scale,
-// the conversion to the distance type, the sign.
+// The index is the lowest among sites of equal raw distance. For L1 and L2 that is what passes in the order x, y, z find when each
+// keeps the lowest of its equals (weighted: by the partial sums, so that within a slice or a row the smaller partial sum comes
+// first). For Linf the last pass gives the slice only: see linf_index.c. Finishing, in this order: the way out of the grid where
+// `border` is set, the root of L2 unless squared, the cap, the scale, the conversion to the distance type, the sign. Exact F32
+// results are (float)root * (float)scale.
 
 #include "volume/volume.h"
 
@@ -44,6 +47,9 @@ typedef struct fm_plan {
     double value_cap;   // result where the raw distance is above cap_raw
 } fm_plan;
 
+// The largest value of an integer type.
+uint64_t fm_type_greatest(fm_type type);
+
 // Checks a descriptor against a shape and types and derives the plan. `distance` or `index` NULL: not wanted.
 fm_result fm_plan_make(const fm_transform_desc *desc, fm_shape shape, fm_type solid, const fm_type *distance, const fm_type *index,
                        fm_plan *plan);
@@ -54,8 +60,18 @@ typedef struct fm_sites {
     const uint32_t *words;
 } fm_sites;
 
-// Host backend: fills `distance` and `index` (either may be NULL) from the sites.
-fm_result fm_cpu_transform(fm_context *context, const fm_plan *plan, const fm_sites *sites, void *distance, void *index);
+// Host backend: fills `distance` and `index` (either may be NULL) from the sites, with `scratch` of fm_cpu_scratch_bytes bytes.
+// Cannot fail: whatever it needs is in the scratch.
+fm_result fm_cpu_scratch_bytes(const fm_context *context, const fm_plan *plan, uint64_t *bytes);
+void fm_cpu_transform(fm_context *context, const fm_plan *plan, const fm_sites *sites, void *scratch, void *distance, void *index);
+
+// The oracle: every site against every voxel. Needs no scratch.
+void fm_brute_transform(fm_context *context, const fm_plan *plan, const fm_sites *sites, void *distance, void *index);
+
+// Bits of the sites of an array of any type, bits past the row end zero. Errors: FM_ERROR_INVALID_ARGUMENT for NaN, unless
+// `nan_is_empty`.
+fm_result fm_sites_encode(fm_context *context, const fm_plan *plan, fm_type type, const void *solid, bool nan_is_empty,
+                          uint32_t *words);
 
 // Vulkan backend: volumes in device memory; `solid` of type U8, U16, U32, F32 or BITS. Asynchronous, complete at `ticket`.
 fm_result fm_gpu_transform(fm_context *context, const fm_plan *plan, const fm_volume *solid, fm_volume *distance, fm_volume *index,

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+// Separable transforms on the CPU: one exact pass an axis.
+
+#include "transform/separable.h"
+#include "transform/finish.h"
+
+enum { LANES = 16 };
+
+typedef struct pass_job {
+    const fm_plan *plan;
+    const fm_sites *sites;
+    bool invert;  // the inner side of a signed field: empty voxels are the sites
+    bool border;
+    void *raw;         // raw distances within each plane
+    uint64_t *source;  // element index within the plane of the site
+    uint8_t *workers;  // scratch of each worker
+    uint64_t worker_bytes;
+    void *distance;
+    void *index;
+} pass_job;
+
+// A worker's buffers: one row of the grid, and columns of LANES lanes.
+typedef struct pass_scratch {
+    uint32_t *row;
+    void *field;
+    void *best;
+    uint32_t *from;
+    uint64_t *moved;
+} pass_scratch;
+
+static uint64_t column_rows(const fm_plan *plan) {
+    return fm_max_u64(plan->shape.y, plan->shape.z);
+}
+
+static uint64_t row_bytes(const fm_plan *plan) {
+    return fm_round_up((uint64_t)plan->shape.x * 4, FM_ALIGNMENT);
+}
+
+static uint64_t worker_bytes(const fm_plan *plan) {
+    return row_bytes(plan) + column_rows(plan) * LANES * (4 + 4 + 4 + 8);
+}
+
+static pass_scratch worker_scratch(const pass_job *job, uint32_t worker) {
+    uint64_t columns = column_rows(job->plan) * LANES;
+    uint8_t *memory = job->workers + worker * job->worker_bytes;
+    pass_scratch scratch;
+    scratch.row = (uint32_t *)(void *)memory;
+    memory += row_bytes(job->plan);
+    scratch.moved = (uint64_t *)(void *)memory;
+    memory += columns * 8;
+    scratch.field = memory;
+    memory += columns * 4;
+    scratch.best = memory;
+    memory += columns * 4;
+    scratch.from = (uint32_t *)(void *)memory;
+    return scratch;
+}
+
+#define RAW uint32_t
+#define RAW_NONE FM_RAW_NONE
+#define NAME(name) exact_##name
+#define STEP(plan, axis, steps) ((void)(axis), fm_raw_step((plan)->metric, steps))
+#define COMBINE(plan, a, b) ((plan)->metric == FM_METRIC_LINF ? ((a) < (b) ? (b) : (a)) : (a) + (b))
+#define WAY_OUT fm_way_out
+#define CAP(plan) ((plan)->cap_raw)
+#define FINISH fm_finish_exact
+#define REACH(plan, axis, total) (total)
+#include "transform/window.h"
+#undef RAW
+#undef RAW_NONE
+#undef NAME
+#undef STEP
+#undef COMBINE
+#undef WAY_OUT
+#undef CAP
+#undef FINISH
+#undef REACH
+
+#define RAW float
+#define RAW_NONE INFINITY
+#define NAME(name) weighted_##name
+#define STEP(plan, axis, steps) fm_weighted_step((plan)->metric, (plan)->weight[axis], steps)
+#define COMBINE(plan, a, b) ((plan)->metric == FM_METRIC_LINF ? ((a) < (b) ? (b) : (a)) : (a) + (b))
+#define WAY_OUT fm_way_out_weighted
+#define CAP(plan) ((plan)->cap_raw_weighted)
+#define FINISH fm_finish_weighted
+#define REACH(plan, axis, total) fm_linf_reach((plan)->weight[axis], (axis) == 0 ? (plan)->shape.x : (plan)->shape.y, total)
+#include "transform/window.h"
+
+static void run_planes(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
+    const pass_job *job = user;
+    pass_scratch scratch = worker_scratch(job, worker);
+    for (uint64_t z = begin; z < end; z++) {
+        (job->plan->weighted ? weighted_plane : exact_plane)(job, z, &scratch);
+    }
+}
+
+static void run_depths(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
+    const pass_job *job = user;
+    pass_scratch scratch = worker_scratch(job, worker);
+    for (uint64_t tile = begin; tile < end; tile++) {
+        (job->plan->weighted ? weighted_depth : exact_depth)(job, tile, &scratch);
+    }
+}
+
+fm_result fm_cpu_scratch_bytes(const fm_context *context, const fm_plan *plan, uint64_t *bytes) {
+    uint64_t voxels = fm_voxels(plan->shape);
+    uint64_t workers;
+    if (plan->brute_force) {
+        *bytes = 0;
+        return FM_OK;
+    }
+    if (fm_mul_overflows(voxels, 4 + 8, bytes) || fm_mul_overflows(fm_pool_threads(context->pool), worker_bytes(plan), &workers) ||
+        fm_add_overflows(*bytes, workers + 4 * (uint64_t)FM_ALIGNMENT, bytes)) {
+        return fm_fail(FM_ERROR_RANGE, "shape is %u x %u x %u: the scratch memory is more than 64 bits count", plan->shape.x,
+                       plan->shape.y, plan->shape.z);
+    }
+    return FM_OK;
+}
+
+static void run_side(fm_context *context, pass_job *job) {
+    const fm_shape shape = job->plan->shape;
+    fm_pool_run(context->pool, shape.z, 1, run_planes, job);
+    fm_passes_end(context, job->invert ? "x+y inside" : "x+y", fm_voxels(shape) * 4);
+    uint64_t tiles = fm_div_up((uint64_t)shape.x * shape.y, LANES);
+    fm_pool_run(context->pool, tiles, 16, run_depths, job);
+    fm_passes_end(context, job->invert ? "z inside" : "z", fm_voxels(shape) * 8);
+}
+
+void fm_cpu_transform(fm_context *context, const fm_plan *plan, const fm_sites *sites, void *memory, void *distance, void *index) {
+    if (plan->brute_force) {
+        fm_brute_transform(context, plan, sites, distance, index);
+        return;
+    }
+    uint64_t voxels = fm_voxels(plan->shape);
+    pass_job job = {.plan = plan, .sites = sites, .border = plan->border, .distance = distance, .index = index};
+    job.source = memory;
+    job.raw = job.source + voxels;
+    job.workers = (uint8_t *)memory + fm_round_up(voxels * 12, FM_ALIGNMENT);
+    job.worker_bytes = worker_bytes(plan);
+    run_side(context, &job);
+    if (plan->is_signed && distance) {
+        job.invert = true;
+        job.border = !plan->border;
+        job.index = NULL;
+        run_side(context, &job);
+    }
+}

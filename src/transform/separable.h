@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_SEPARABLE_H
+#define FM_SEPARABLE_H
+
+#include "transform/plan.h"
+
+// Element index of the first site in slice z within `reach_x` and `reach_y` steps of column (x, y).
+uint64_t fm_linf_index(const fm_sites *sites, uint32_t x, uint32_t y, uint32_t z, uint32_t reach_x, uint32_t reach_y);
+
+// Most steps of a weight that stay within a distance; `size` at most.
+uint32_t fm_linf_reach(float weight, uint32_t size, float distance);
+
+#endif
