@@ -14,9 +14,6 @@ install(TARGETS fathom EXPORT fathom-targets
 install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
 install(EXPORT fathom-targets NAMESPACE fathom:: DESTINATION ${package_dir})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
-if(TARGET fathom_cli)
-    install(TARGETS fathom_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-endif()
 
 set(FATHOM_PC_REQUIRES "")
 set(FATHOM_PC_LIBS "")

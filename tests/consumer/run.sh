@@ -1,0 +1,106 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# Installs Fathom into a directory of its own and uses it from there. Run from the repository's root:
+#   run.sh install BUILD PREFIX KIND   installs KIND (static or shared): BUILD itself if it is of that kind, else a build beside
+#                                      PREFIX with BUILD's compiler and options
+#   run.sh cmake BUILD PREFIX          builds and runs the consumer by find_package
+#   run.sh pkg-config BUILD PREFIX     ... by pkg-config, static or shared as PREFIX is
+#   run.sh readme BUILD PREFIX         builds and runs the C program that README.md prints, with the command that it prints
+#   run.sh symbols BUILD PREFIX        the library defines no name but fm_*, for a program may have any other
+#   run.sh program BUILD PREFIX        runs the installed command-line program
+set -eu
+step=$1
+build=$2
+prefix=$3
+here=tests/consumer
+work=$prefix-work
+
+cached() {
+    sed -n "s/^$1:[A-Z]*=//p" "$build/CMakeCache.txt"
+}
+CC=$(cached CMAKE_C_COMPILER)
+PKG_CONFIG_PATH=$(find "$prefix" -type d -name pkgconfig 2>/dev/null || true)
+LD_LIBRARY_PATH=${PKG_CONFIG_PATH%/pkgconfig}
+export CC PKG_CONFIG_PATH LD_LIBRARY_PATH
+mkdir -p "$work"
+
+is_static() {
+    [ -e "$LD_LIBRARY_PATH/libfathom.a" ]
+}
+
+case $step in
+install)
+    rm -rf "$prefix" "$prefix-first"
+    shared=OFF
+    [ "$4" = static ] || shared=ON
+    source=$build
+    if [ "$(cached BUILD_SHARED_LIBS)" != $shared ]; then
+        source=$work/build
+        cmake -S . -B "$source" -G Ninja -DBUILD_SHARED_LIBS=$shared -DFATHOM_TESTS=OFF -DCMAKE_C_COMPILER="$CC" \
+            -DCMAKE_BUILD_TYPE="$(cached CMAKE_BUILD_TYPE)" -DFATHOM_VULKAN="$(cached FATHOM_VULKAN)" \
+            -DFATHOM_CLI="$(cached FATHOM_CLI)" -DFATHOM_WERROR="$(cached FATHOM_WERROR)"
+        cmake --build "$source" -j 2
+    fi
+    # Moved once it is installed: nothing in it may hold the place that it was installed to.
+    cmake --install "$source" --prefix "$prefix-first"
+    mv "$prefix-first" "$prefix"
+    ;;
+cmake)
+    rm -rf "$work/cmake"
+    cmake -S $here -B "$work/cmake" -G Ninja -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_FIND_USE_PACKAGE_REGISTRY=OFF
+    cmake --build "$work/cmake"
+    unset LD_LIBRARY_PATH
+    "$work/cmake/consumer"
+    ;;
+pkg-config)
+    command -v pkg-config >/dev/null || { echo "skipped: there is no pkg-config"; exit 77; }
+    if is_static; then
+        # Every object of the archive, not only those that the program needs: so a missing dependency shows.
+        # shellcheck disable=SC2046
+        $CC -o "$work/consumer" $here/main.c -Wl,--whole-archive "$LD_LIBRARY_PATH/libfathom.a" -Wl,--no-whole-archive \
+            $(pkg-config --cflags --static --libs fathom)
+        "$work/consumer"
+    fi
+    # shellcheck disable=SC2046
+    $CC -o "$work/consumer" $here/main.c $(pkg-config --cflags $(is_static && echo --static) --libs fathom)
+    "$work/consumer"
+    ;;
+readme)
+    # The first block fenced as C, and the one line that compiles it.
+    sed -n '/^```c$/,/^```$/{/^```/!p}' README.md >"$work/nearest.c"
+    command=$(grep '^cc .*nearest\.c' README.md)
+    [ -s "$work/nearest.c" ]
+    [ -n "$command" ]
+    cc() {
+        $CC -std=c11 -Wall -Wextra -Wpedantic -Werror "$@"
+    }
+    (
+        cd "$work"
+        eval "$command"
+        ./nearest >nearest.txt
+    )
+    # What it prints stands in the block fenced as text that follows.
+    sed -n '/^```c$/,${/^```text$/,/^```$/{/^```/!p}}' README.md | diff - "$work/nearest.txt"
+    ;;
+symbols)
+    if is_static; then
+        nm -g --defined-only "$LD_LIBRARY_PATH/libfathom.a" >"$work/symbols.txt"
+    else
+        nm -D --defined-only "$LD_LIBRARY_PATH/libfathom.so" >"$work/symbols.txt"
+    fi
+    grep -q ' T fm_version$' "$work/symbols.txt"
+    if grep -E '^[0-9a-f]+ [A-Z] ' "$work/symbols.txt" | grep -v ' fm_' | head -n 20 | grep .; then
+        echo "these names are defined for the program too, and may clash with its own"
+        exit 1
+    fi
+    ;;
+program)
+    unset LD_LIBRARY_PATH
+    "$prefix/bin/fathom" --version
+    "$prefix/bin/fathom" devices
+    ;;
+*)
+    echo "run.sh: no such step: $step" >&2
+    exit 2
+    ;;
+esac
