@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_PNG_H
+#define FM_PNG_H
+
+#include "base/base.h"
+
+enum { FM_PNG_MAX_EDGE = 1 << 20 };
+
+// A picture whose rows are made as they are needed.
+typedef struct fm_picture {
+    uint32_t width, height, channels;
+    const uint8_t *(*row)(void *user, uint32_t y);  // valid until the next call
+    void *user;
+} fm_picture;
+
+fm_result fm_picture_write(const fm_allocator *allocator, const char *path, const fm_picture *picture);
+
+#endif

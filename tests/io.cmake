@@ -1,0 +1,2 @@
+# Tests of reading and writing files.
+fathom_test(io_roundtrip io_roundtrip.c)
