@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: MIT
+#include "cli.h"
+
+#include <assert.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void say(const char *format, va_list arguments) {
+    char line[1024];
+    vsnprintf(line, sizeof line, format, arguments);
+    for (char *c = line; *c; c++) {
+        if ((unsigned char)*c < ' ' || *c == 127) {
+            *c = '?';
+        }
+    }
+    fprintf(stderr, "fathom: %s\n", line);
+}
+
+int cli_fail(const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    say(format, arguments);
+    va_end(arguments);
+    return CLI_FAILED;
+}
+
+int cli_usage(const char *format, ...) {
+    va_list arguments;
+    va_start(arguments, format);
+    say(format, arguments);
+    va_end(arguments);
+    return CLI_USAGE;
+}
+
+int cli_library_failed(void) {
+    return cli_fail("%s", fm_last_error());
+}
+
+void *cli_add(cli_args *args, void *entry) {
+    // Room for --help and the end mark stays.
+    assert(args->count < (int)(sizeof args->entries / sizeof args->entries[0]) - 2);
+    args->entries[args->count++] = entry;
+    return entry;
+}
+
+static void print_help(const cli_args *args, const cli_help *help) {
+    printf("usage: fathom %s", help->command);
+    arg_print_syntax(stdout, (void **)args->entries, "\n\n");
+    printf("%s\n\n", help->summary);
+    arg_print_glossary(stdout, (void **)args->entries, "  %-28s %s\n");
+    if (help->examples) {
+        printf("\nexamples:\n");
+        for (const char *line = help->examples; *line;) {
+            const char *end = strchr(line, '\n');
+            int length = end ? (int)(end - line) : (int)strlen(line);
+            printf("  %.*s\n", length, line);
+            line += length + (end ? 1 : 0);
+        }
+    }
+}
+
+// argtable prints an error a line; the first one is enough.
+static int first_error(struct arg_end *end, const char *command) {
+    char *text = NULL;
+    size_t size = 0;
+    FILE *stream = open_memstream(&text, &size);
+    if (stream) {
+        arg_print_errors(stream, end, command);
+        fclose(stream);
+        text[strcspn(text, "\n")] = '\0';
+    }
+    int status = cli_usage("%s: see fathom %s --help", text && *text ? text : command, command);
+    free(text);
+    return status;
+}
+
+bool cli_parse(cli_args *args, const cli_help *help, int argc, char **argv, int *status) {
+    struct arg_lit *wants_help = cli_add(args, arg_lit0("h", "help", "print this help"));
+    struct arg_end *end = arg_end(20);
+    args->entries[args->count] = end;
+    if (arg_nullcheck(args->entries) != 0) {
+        *status = cli_fail("out of memory for the arguments: free some");
+        return false;
+    }
+    args->count++;
+    int errors = arg_parse(argc, argv, args->entries);
+    if (wants_help->count > 0) {
+        print_help(args, help);
+        *status = CLI_DONE;
+        return false;
+    }
+    if (errors > 0) {
+        *status = first_error(end, help->command);
+        return false;
+    }
+    return true;
+}
+
+void cli_free(cli_args *args) {
+    arg_freetable(args->entries, (size_t)args->count);
+}
+
+bool cli_double(const char *option, const char *text, double *value) {
+    char *end;
+    *value = strtod(text, &end);
+    if (end == text || *end || !isfinite(*value)) {
+        cli_usage("%s is \"%s\": a finite number is wanted", option, text);
+        return false;
+    }
+    return true;
+}
+
+bool cli_int64(const char *option, const char *text, int64_t *value) {
+    char *end;
+    errno = 0;
+    *value = strtoll(text, &end, 0);
+    if (end == text || *end || errno) {
+        cli_usage("%s is \"%s\": a whole number of 64 bits is wanted", option, text);
+        return false;
+    }
+    return true;
+}
+
+bool cli_uint32(const char *option, const char *text, uint32_t least, uint32_t *value) {
+    char *end;
+    errno = 0;
+    long long parsed = strtoll(text, &end, 10);
+    if (end == text || *end || errno || parsed < (long long)least || parsed > (long long)UINT32_MAX) {
+        cli_usage("%s is \"%s\": a whole number from %u to 4294967295 is wanted", option, text, least);
+        return false;
+    }
+    *value = (uint32_t)parsed;
+    return true;
+}
+
+// Reads up to three numbers separated by commas; returns how many there are, 0 when the text is something else.
+static int list_of_numbers(const char *text, double values[3]) {
+    for (int count = 0; count < 3; count++) {
+        char *end;
+        values[count] = strtod(text, &end);
+        if (end == text || !isfinite(values[count])) {
+            return 0;
+        }
+        if (!*end) {
+            return count + 1;
+        }
+        if (*end != ',') {
+            return 0;
+        }
+        text = end + 1;
+    }
+    return 0;
+}
+
+bool cli_triple(const char *option, const char *text, double values[3]) {
+    if (list_of_numbers(text, values) != 3) {
+        cli_usage("%s is \"%s\": three numbers X,Y,Z are wanted", option, text);
+        return false;
+    }
+    return true;
+}
+
+bool cli_shape(const char *option, const char *text, fm_shape *shape) {
+    double values[3];
+    int count = list_of_numbers(text, values);
+    bool good = count == 1 || count == 3;
+    for (int i = 0; good && i < count; i++) {
+        good = values[i] >= 1 && values[i] <= INT32_MAX && values[i] == floor(values[i]);
+    }
+    if (!good) {
+        cli_usage("%s is \"%s\": N or X,Y,Z is wanted, each a whole number from 1 to 2147483647", option, text);
+        return false;
+    }
+    *shape = (fm_shape){(uint32_t)values[0], (uint32_t)values[count == 3 ? 1 : 0], (uint32_t)values[count == 3 ? 2 : 0]};
+    return true;
+}
+
+static const char *const type_names[] = {
+    [FM_TYPE_U8] = "u8",     [FM_TYPE_U16] = "u16", [FM_TYPE_U32] = "u32", [FM_TYPE_F32] = "f32",
+    [FM_TYPE_BITS] = "bits", [FM_TYPE_I8] = "i8",   [FM_TYPE_I16] = "i16", [FM_TYPE_I32] = "i32",
+    [FM_TYPE_U64] = "u64",   [FM_TYPE_I64] = "i64", [FM_TYPE_F64] = "f64",
+};
+enum { TYPE_COUNT = sizeof type_names / sizeof type_names[0] };
+
+const char *cli_type_name(fm_type type) {
+    return type_names[type];
+}
+
+bool cli_type(const char *option, const char *text, fm_type *type) {
+    for (int i = 0; i < TYPE_COUNT; i++) {
+        if (strcmp(text, type_names[i]) == 0 || strcmp(text, fm_type_name((fm_type)i)) == 0) {
+            *type = (fm_type)i;
+            return true;
+        }
+    }
+    cli_usage("%s is \"%s\": one of u8 u16 u32 u64 i8 i16 i32 i64 f32 f64 bits is wanted", option, text);
+    return false;
+}
+
+bool cli_format(const char *option, const char *text, fm_format *format) {
+    static const char *const words[] = {"auto", "npy", "raw", "nrrd", "nifti", "vox", "binvox", "octomap", NULL};
+    static const fm_format formats[] = {FM_FORMAT_AUTO,  FM_FORMAT_NPY, FM_FORMAT_RAW,    FM_FORMAT_NRRD,
+                                        FM_FORMAT_NIFTI, FM_FORMAT_VOX, FM_FORMAT_BINVOX, FM_FORMAT_OCTOMAP};
+    int chosen;
+    if (!cli_word(option, text, words, &chosen)) {
+        return false;
+    }
+    *format = formats[chosen];
+    return true;
+}
+
+bool cli_word(const char *option, const char *text, const char *const *words, int *value) {
+    for (int i = 0; words[i]; i++) {
+        if (strcmp(text, words[i]) == 0) {
+            *value = i;
+            return true;
+        }
+    }
+    char list[256] = "";
+    for (int i = 0; words[i]; i++) {
+        size_t used = strlen(list);
+        snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", words[i]);
+    }
+    cli_usage("%s is \"%s\": one of %s is wanted", option, text, list);
+    return false;
+}
+
+const char *cli_bytes(uint64_t bytes, char text[32]) {
+    static const char *const units[] = {"bytes", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
+    double value = (double)bytes;
+    int unit = 0;
+    for (; value >= 1024 && unit < 6; unit++) {
+        value /= 1024;
+    }
+    snprintf(text, 32, unit ? "%.1f %s" : "%.0f %s", value, units[unit]);
+    return text;
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_CLI_H
+#define FM_CLI_H
+
+// What the subcommands share: exit codes, one-line errors and the parsing of arguments. Programs use the public headers only.
+
+#include "fathom/fathom.h"
+#include "fathom/io.h"
+
+#include <argtable2.h>
+
+enum { CLI_DONE = 0, CLI_FAILED = 1, CLI_USAGE = 2 };
+
+#define CLI_PRINTF(string, first) __attribute__((format(printf, string, first)))
+
+// Prints one line "fathom: ..." on stderr, control characters replaced, and returns CLI_FAILED or CLI_USAGE.
+int cli_fail(const char *format, ...) CLI_PRINTF(1, 2);
+int cli_usage(const char *format, ...) CLI_PRINTF(1, 2);
+// The same with the library's message of the call that just failed.
+int cli_library_failed(void);
+
+// The arguments of one subcommand: options are added one by one, parsed together and freed together.
+typedef struct cli_args {
+    void *entries[48];
+    int count;
+} cli_args;
+
+typedef struct cli_help {
+    const char *command;   // "transform"
+    const char *summary;   // one sentence
+    const char *examples;  // lines without indent, each ended by a newline
+} cli_help;
+
+// Adds an argtable entry and gives it back: struct arg_lit *quiet = cli_add(&args, arg_lit0(...)).
+void *cli_add(cli_args *args, void *entry);
+
+// Adds --help and parses. Returns true when the command shall run; else `status` is the exit code: --help has been printed or an
+// error said.
+bool cli_parse(cli_args *args, const cli_help *help, int argc, char **argv, int *status);
+void cli_free(cli_args *args);
+
+// Values of options. Each says what is wrong, naming `option`, and returns false on bad usage.
+bool cli_shape(const char *option, const char *text, fm_shape *shape);                   // "N" or "X,Y,Z"
+bool cli_triple(const char *option, const char *text, double values[3]);                 // "X,Y,Z"
+bool cli_double(const char *option, const char *text, double *value);                    // finite
+bool cli_int64(const char *option, const char *text, int64_t *value);                    // decimal or 0x...
+bool cli_uint32(const char *option, const char *text, uint32_t least, uint32_t *value);  // at least `least`
+bool cli_type(const char *option, const char *text, fm_type *type);                      // "u8" to "f64", "bits", or NumPy's names
+bool cli_format(const char *option, const char *text, fm_format *format);
+
+// A word out of a list that ends with NULL; `value` gets its place in the list.
+bool cli_word(const char *option, const char *text, const char *const *words, int *value);
+
+// "12.3 GiB".
+const char *cli_bytes(uint64_t bytes, char text[32]);
+
+// The short name of a type, as options take it: "u8", "f32".
+const char *cli_type_name(fm_type type);
+
+#endif

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_CLI_COMMANDS_H
+#define FM_CLI_COMMANDS_H
+
+// The subcommands: each takes its own name as argv[0] and returns an exit code.
+
+int command_devices(int argc, char **argv);
+int command_info(int argc, char **argv);
+int command_scene(int argc, char **argv);
+int command_slice(int argc, char **argv);
+int command_transform(int argc, char **argv);
+int command_convert(int argc, char **argv);
+int command_bench(int argc, char **argv);
+
+#endif
