@@ -96,7 +96,7 @@ symbols)
     ;;
 program)
     unset LD_LIBRARY_PATH
-    "$prefix/bin/fathom" --version
+    "$prefix/bin/fathom" version
     "$prefix/bin/fathom" devices
     ;;
 *)
