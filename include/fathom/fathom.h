@@ -133,7 +133,8 @@ FM_API fm_result fm_enumerate_devices(uint32_t *count, fm_device_info *devices, 
 // A caller's Vulkan objects, to be used instead of new ones. The handles are those of <vulkan/vulkan.h>, passed as pointers
 // so that this header needs no Vulkan. Fathom never destroys them; they must outlive the context.
 // The device must be of Vulkan 1.3 and have been created with the features bufferDeviceAddress, timelineSemaphore,
-// synchronization2, storageBuffer8BitAccess, storageBuffer16BitAccess, shaderInt8, shaderInt16, shaderInt64 and hostQueryReset.
+// synchronization2, storageBuffer8BitAccess, storageBuffer16BitAccess, shaderInt8, shaderInt16, shaderInt64, maintenance4 and
+// hostQueryReset.
 // `queue` must support compute and must be externally synchronised with the calls made on the context.
 typedef struct fm_vulkan_device {
     void *get_instance_proc_addr;  // PFN_vkGetInstanceProcAddr

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_COMPUTE_H
+#define FM_COMPUTE_H
+
+// Kernels and their dispatch, for the drivers of kernels outside this folder (transform/gpu_*.c).
+//
+// Work is recorded into one of a few slots (a command buffer with its timestamps) as a row of named passes with a full barrier
+// between them. A submission signals the timeline semaphore with its ticket.
+
+#include "gpu/gpu.h"
+
+typedef struct fm_slot fm_slot;
+
+enum { FM_MAX_SPECIALIZATION = 16 };
+
+// The compute kernels, one a SPIR-V module; CMakeLists.txt here says from which shader and variant.
+typedef enum fm_kernel {
+    FM_KERNEL_ENCODE = 0,
+    FM_KERNEL_SCAN_F16,
+    FM_KERNEL_SCAN_U32,
+    FM_KERNEL_ENVELOPE_F32,
+    FM_KERNEL_ENVELOPE_U32,
+    FM_KERNEL_SEARCH_F32,
+    FM_KERNEL_SEARCH_U32,
+    FM_KERNEL_BRUTE_F32,
+    FM_KERNEL_BRUTE_U32,
+    FM_KERNEL_COUNT
+} fm_kernel;
+
+typedef struct fm_dispatch {
+    fm_kernel kernel;
+    const uint32_t *constants;  // specialisation constants with ids 0, 1, ...
+    uint32_t constant_count;
+    const void *push;
+    uint32_t push_bytes;
+    uint64_t groups;  // folded over two axes; the kernel ignores groups past the last
+} fm_dispatch;
+
+// Takes the next slot, waiting for its last use, and starts recording.
+fm_result fm_commands_begin(fm_gpu *gpu, fm_slot **slot);
+// Records a dispatch. Errors leave the slot as it was but for what had been recorded: begin anew.
+fm_result fm_commands_dispatch(fm_gpu *gpu, fm_slot *slot, const fm_dispatch *dispatch);
+// Ends a pass: what was recorded since the last one becomes visible to what follows, and its time is taken. The passes of a
+// slot may repeat a name; they are added up when listed.
+void fm_commands_pass(fm_gpu *gpu, fm_slot *slot, const char *name, uint64_t bytes);
+// Ends the recording and submits it. On failure the slot is free again. `ticket` NULL: waits.
+fm_result fm_commands_submit(fm_gpu *gpu, fm_slot *slot, fm_ticket *ticket);
+
+uint64_t fm_buffer_address(const fm_buffer *buffer);
+
+// Device scratch memory of at least `bytes`, kept by the context. Waits for the work in flight when it must grow.
+fm_result fm_gpu_scratch(fm_gpu *gpu, uint64_t bytes, uint64_t *address);
+
+#endif

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: MIT
+// What the column kernels of the general cost share: reading a row's cost, writing the result of a voxel.
+// Expects memory.glsl; declares `push` and the constants.
+
+#include "shared.h"
+
+layout(constant_id = 3) const uint METRIC = 0;
+layout(constant_id = 4) const bool WEIGHTED = false;
+layout(constant_id = 5) const uint SOURCE = 0;
+layout(constant_id = 6) const uint TARGET = 0;
+layout(constant_id = 7) const bool WIDE = false;
+layout(constant_id = 8) const bool SITES = false;  // the nearest site is wanted, the lowest of equals
+layout(constant_id = 9) const bool ALONG_Z = false;
+layout(constant_id = 10) const bool SQUARED = false;
+layout(constant_id = 11) const bool BORDER = false;
+layout(constant_id = 12) const uint OUT_TYPE = 0;
+layout(constant_id = 13) const uint INDEX_TYPE = 0;
+
+layout(push_constant) uniform push_block {
+    fm_column_push push;
+};
+
+#include "sites.glsl"
+#include "grid.glsl"
+#include "finish.glsl"
+#include "cost.glsl"
+
+cost_t load_cost(uint slice, uint n, uint x) {
+    uint64_t row = row_of(slice, n);
+    if (SOURCE == FM_SOURCE_BITS) {
+        return row_cost(row_ways(push.bits, push.carries, row * push.row_words, x, WIDE));
+    }
+    return cost_from_bits(ref_u32(raw_at(row, x, 4)).v);
+}
+
+// Whether the way to a site is longer than the cap, or than the way out of the grid where that counts.
+bool out_of_reach(uvec3 at, cost_t value) {
+#ifndef COST_U32
+    if (WEIGHTED) {
+        uvec3 way = min(at + 1u, uvec3(push.x, push.y, push.z) - at);
+        cost_t least = min(min(steps_cost(way.x, push.weight_x), steps_cost(way.y, push.weight_y)), steps_cost(way.z, push.weight_z));
+        return value > uintBitsToFloat(push.cap_raw) || (BORDER && least < value);
+    }
+#endif
+    return is_none(value) || exact_raw(value) > push.cap_raw || (BORDER && steps_cost(METRIC == FM_GPU_L2 ? min(way_out(at), 65535u) : way_out(at), 1) < value);
+}
+
+void finish_voxel(uvec3 at, cost_t value, uvec3 site) {
+    if (push.distance != 0) {
+#ifndef COST_U32
+        if (WEIGHTED) {
+            finish_weighted(at, value);
+        } else {
+            finish_exact(at, exact_raw(value));
+        }
+#else
+        finish_exact(at, exact_raw(value));
+#endif
+    }
+    if (SITES) {
+        store_index(at, is_none(value) || out_of_reach(at, value), site);
+    }
+}
+
+// Writes what voxel n of column (slice, x) gets: its cost and, where sites are wanted, the row of its nearest site.
+void store_result(uint slice, uint n, uint x, cost_t value, uint nearest) {
+    uint64_t row = row_of(slice, n);
+    if (TARGET == FM_TARGET_RAW) {
+        ref_u32(raw_at(row, x, 4)).v = cost_bits(value);
+        if (SITES) {
+            ref_u32(site_y_at(row, x)).v = nearest;
+        }
+        return;
+    }
+    uvec3 site = uvec3(x, nearest, slice);
+    if (SITES && !is_none(value)) {
+        site.z = ALONG_Z ? nearest : slice;
+        site.y = ALONG_Z ? ref_u32(site_y_at(row_of(slice, nearest), x)).v : nearest;
+        uvec2 ways = row_ways(push.bits, push.carries, (uint64_t(site.z) * push.y + site.y) * push.row_words, x, WIDE);
+        site.x = ways.x <= ways.y ? x - ways.x : x + ways.y;
+    }
+    finish_voxel(voxel_at(slice, n, x), value, site);
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_SHARED_H
+#define FM_SHARED_H
+
+// What C and GLSL both know: the push constants of every kernel and the numbers that select variants. Members are ordered so that
+// both languages lay them out alike: 64-bit ones first, then 32-bit ones.
+
+#ifdef __STDC__
+#include <stdint.h>
+typedef uint64_t fm_address;
+typedef uint32_t fm_uint;
+typedef float fm_float;
+#define FM_PUSH_STRUCT(name) typedef struct name name; struct name
+#else
+#define fm_address uint64_t
+#define fm_uint uint
+#define fm_float float
+#define FM_PUSH_STRUCT(name) struct name
+#endif
+
+// Element types, as fm_type numbers them.
+#define FM_GPU_U8 0
+#define FM_GPU_U16 1
+#define FM_GPU_U32 2
+#define FM_GPU_F32 3
+#define FM_GPU_BITS 4
+#define FM_GPU_I8 5
+#define FM_GPU_I16 6
+#define FM_GPU_I32 7
+#define FM_GPU_U64 8
+
+// Metrics, as fm_metric numbers them.
+#define FM_GPU_L2 0
+#define FM_GPU_L1 1
+#define FM_GPU_LINF 2
+
+// Where a column kernel reads its rows.
+#define FM_SOURCE_BITS 0  // site bits and carries: the distance along x is worked out on the way
+#define FM_SOURCE_RAW 1   // the raw distances of the pass before
+
+// What a column kernel writes.
+#define FM_TARGET_RAW 0     // raw distances for the next pass
+#define FM_TARGET_FINISH 1  // the result
+#define FM_TARGET_NEGATE 2  // the inner side of a signed result: only where the raw distance is above 0, negated
+
+#define FM_GPU_NONE 0xffffffffu
+
+// From the caller's elements to site bits, with the way from each word's ends to the nearest sites in the words beside it.
+FM_PUSH_STRUCT(fm_encode_push) {
+    fm_address solid;
+    fm_address bits;
+    fm_address carries;
+    fm_address rows;
+    fm_uint x;          // voxels of a row
+    fm_uint row_words;  // words of a row of bits
+    fm_uint low;        // a voxel is solid when low <= value <= low + span (as unsigned numbers, or ordered floats)
+    fm_uint span;
+};
+
+// One pass along y or z, for the columns of x_begin <= x < x_end.
+FM_PUSH_STRUCT(fm_column_push) {
+    fm_address bits;
+    fm_address carries;
+    fm_address raw;       // raw distances of those columns: written by the pass along y, read by the one along z
+    fm_address distance;  // 0: not wanted
+    fm_address sites_y;   // 32-bit y of the nearest site within the slice, as raw
+    fm_address index;
+    fm_uint x, y, z;
+    fm_uint x_begin, x_end;
+    fm_uint pitch;  // elements of a row of raw and sites_y
+    fm_uint row_words;
+    fm_uint cap_raw;    // exact, or the bits of a float when weighted
+    fm_uint none_bits;  // result where there is no site, in the distance type
+    fm_uint cap_bits;   // result above the cap, in the distance type
+    fm_float weight_x, weight_y, weight_z;
+    fm_float scale;
+};
+
+#ifdef __STDC__
+_Static_assert(sizeof(fm_encode_push) <= 128, "push constants are 128 bytes on every device");
+_Static_assert(sizeof(fm_column_push) <= 128, "push constants are 128 bytes on every device");
+#endif
+
+#endif

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: MIT
+// The transform on Vulkan: site bits and carries ("encode"), then one pass along y and one along z. A signed field does it twice,
+// the second time for the empty voxels, and writes only where voxels are solid.
+
+#include "gpu/compute.h"
+#include "shaders/include/shared.h"
+#include "transform/plan.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+    ENCODE_THREADS = 256,
+    SEARCH_THREADS = 64,
+    ENVELOPE_ROWS = 16,
+    // Words of shared memory a segment and lane of envelope.comp: its rows, the gap, and three numbers.
+    ENVELOPE_WORDS = ENVELOPE_ROWS + 1 + 3,
+    MAX_SLABS = 16,
+    SLAB_STEP = 32,  // voxels; keeps the rows of a slab's raw distances aligned
+};
+
+_Static_assert(FM_GPU_U8 == (int)FM_TYPE_U8 && FM_GPU_BITS == (int)FM_TYPE_BITS && FM_GPU_I32 == (int)FM_TYPE_I32 &&
+                   FM_GPU_U64 == (int)FM_TYPE_U64,
+               "shared.h numbers the types as fm_type does");
+_Static_assert(FM_GPU_L2 == (int)FM_METRIC_L2 && FM_GPU_L1 == (int)FM_METRIC_L1 && FM_GPU_LINF == (int)FM_METRIC_LINF,
+               "shared.h numbers the metrics as fm_metric does");
+
+// How the columns along one axis are computed.
+typedef struct column_pass {
+    fm_kernel kernel;
+    uint32_t lanes, segments, rows;
+    uint32_t tile;        // voxels along x that a group owns
+    uint64_t rows_group;  // voxels along the axis that a group owns: 1 for the search, else all
+} column_pass;
+
+typedef struct transform_job {
+    fm_gpu *gpu;
+    fm_slot *slot;
+    const fm_plan *plan;
+    fm_device_info device;
+    fm_type solid_type;
+    bool nothing;  // no value of the type is selected
+    fm_encode_push encode;
+    fm_column_push column;
+    bool scan;       // the kernel for Manhattan distances serves
+    uint32_t width;  // bytes of a raw distance
+    bool wide;       // carries of 32 bits
+    bool raw_in_result;
+    uint32_t slab;  // voxels along x that the passes along y and z take at a time
+    column_pass along_y, along_z;
+} transform_job;
+
+// The values that are solid, as a range of the element type.
+static void select_values(transform_job *job) {
+    const fm_plan *plan = job->plan;
+    fm_encode_push *push = &job->encode;
+    push->low = 1;
+    push->span = 1;
+    if (job->solid_type == FM_TYPE_F32) {
+        if (plan->select == FM_SELECT_THRESHOLD) {
+            float low = (float)plan->threshold;
+            low = (double)low < plan->threshold ? nextafterf(low, INFINITY) : low;
+            memcpy(&push->low, &low, sizeof low);
+            push->span = 0;
+        }
+        return;
+    }
+    uint32_t greatest = job->solid_type == FM_TYPE_BITS ? 1 : (uint32_t)fm_type_greatest(job->solid_type);
+    push->span = greatest - 1;
+    if (plan->select == FM_SELECT_THRESHOLD) {
+        double low = ceil(plan->threshold);
+        job->nothing = low > greatest;
+        push->low = low <= 0 || job->nothing ? 0 : (uint32_t)low;
+        push->span = greatest - push->low;
+    } else if (plan->select == FM_SELECT_LABEL) {
+        job->nothing = plan->label < 0 || plan->label > (int64_t)greatest;
+        push->low = job->nothing ? 0 : (uint32_t)plan->label;
+        push->span = 0;
+    }
+}
+
+// Bytes of a raw distance, for which the greatest number that fits means "none or farther than anybody asks".
+static uint32_t raw_width(const transform_job *job) {
+    const fm_plan *plan = job->plan;
+    if (!job->scan) {
+        return 4;
+    }
+    uint64_t wanted = fm_min_u64(plan->greatest, plan->cap_raw);
+    if (plan->distance_type != FM_TYPE_F32) {
+        wanted = fm_min_u64(wanted, fm_type_greatest(plan->distance_type) - 1);
+    }
+    return wanted < UINT8_MAX ? 1 : wanted < UINT16_MAX ? 2 : 4;
+}
+
+static uint32_t floor_power_of_two(uint64_t value) {
+    uint32_t power = 1;
+    while ((uint64_t)power * 2 <= value) {
+        power *= 2;
+    }
+    return power;
+}
+
+static bool plan_scan(const transform_job *job, uint32_t n, column_pass *pass) {
+    bool half = job->width == 1 && job->device.float16;
+    uint32_t shared_per_thread = half ? 2 * 2 * 2 * 4 : 2 * 2 * 4 * 4;
+    uint64_t limit = fm_min_u64(job->device.max_workgroup, job->device.shared_memory / shared_per_thread);
+    for (uint32_t rows = 16; rows <= (half ? 64 : 32); rows *= 2) {
+        uint32_t segments = (uint32_t)fm_div_up(n, rows);
+        uint32_t lanes = floor_power_of_two(fm_min_u64(half ? 16 : 8, limit / segments));
+        // Short columns leave room for more of them in a group.
+        while (segments * lanes < 128 && lanes < 32) {
+            lanes *= 2;
+        }
+        if ((uint64_t)segments * lanes <= limit && lanes >= 4) {
+            *pass = (column_pass){half ? FM_KERNEL_SCAN_F16 : FM_KERNEL_SCAN_U32, lanes, segments, rows, 4 * lanes, n};
+            return true;
+        }
+    }
+    return false;
+}
+
+static void plan_column(const transform_job *job, uint32_t n, column_pass *pass) {
+    const fm_plan *plan = job->plan;
+    if (job->scan && plan_scan(job, n, pass)) {
+        return;
+    }
+    bool floats = plan->weighted || plan->greatest < (1u << 24);
+    uint32_t segments = (uint32_t)fm_div_up(n, ENVELOPE_ROWS);
+    uint64_t lanes =
+        fm_min_u64(job->device.max_workgroup / segments, job->device.shared_memory / (4 * ENVELOPE_WORDS * (uint64_t)segments));
+    if (lanes > 0) {
+        uint32_t used = floor_power_of_two(fm_min_u64(lanes, 32));
+        *pass = (column_pass){floats ? FM_KERNEL_ENVELOPE_F32 : FM_KERNEL_ENVELOPE_U32, used, segments, ENVELOPE_ROWS, used, n};
+    } else {
+        *pass = (column_pass){floats ? FM_KERNEL_SEARCH_F32 : FM_KERNEL_SEARCH_U32, SEARCH_THREADS, 1, 1, SEARCH_THREADS, 1};
+    }
+}
+
+static bool is_scan(const column_pass *pass) {
+    return pass->kernel == FM_KERNEL_SCAN_F16 || pass->kernel == FM_KERNEL_SCAN_U32;
+}
+
+static bool is_search(const column_pass *pass) {
+    return pass->kernel == FM_KERNEL_SEARCH_F32 || pass->kernel == FM_KERNEL_SEARCH_U32;
+}
+
+static uint32_t result_bits(const fm_plan *plan, double value) {
+    if (plan->want_distance && plan->distance_type != FM_TYPE_F32) {
+        return (uint32_t)value;
+    }
+    float single = (float)value;
+    uint32_t bits;
+    memcpy(&bits, &single, sizeof bits);
+    return bits;
+}
+
+static void fill_column_push(transform_job *job, uint64_t bits, uint64_t carries, uint64_t distance, uint64_t index) {
+    const fm_plan *plan = job->plan;
+    fm_column_push *push = &job->column;
+    push->bits = bits;
+    push->carries = carries;
+    push->distance = distance;
+    push->index = index;
+    push->x = plan->shape.x;
+    push->y = plan->shape.y;
+    push->z = plan->shape.z;
+    push->row_words = fm_bits_row_words(plan->shape);
+    push->cap_raw = plan->cap_raw;
+    if (plan->weighted) {
+        memcpy(&push->cap_raw, &plan->cap_raw_weighted, sizeof push->cap_raw);
+    }
+    push->none_bits = result_bits(plan, plan->value_none);
+    push->cap_bits = result_bits(plan, plan->value_cap);
+    push->weight_x = plan->weighted ? plan->weight[0] : 1;
+    push->weight_y = plan->weighted ? plan->weight[1] : 1;
+    push->weight_z = plan->weighted ? plan->weight[2] : 1;
+    push->scale = (float)plan->scale;
+}
+
+// Lays out the scratch memory: site bits, carries, and unless the result's own memory can serve, the raw distances of as wide a
+// slab of x as keeps the whole within four bytes a voxel.
+static fm_result lay_out(transform_job *job, uint64_t distance, uint64_t index) {
+    const fm_plan *plan = job->plan;
+    uint64_t rows = (uint64_t)plan->shape.y * plan->shape.z;
+    uint64_t words = rows * fm_bits_row_words(plan->shape);
+    uint64_t bits_bytes = fm_round_up(words * 4, 256);
+    uint64_t carries_bytes = fm_round_up(words * (job->wide ? 8 : 4), 256);
+    bool two_passes = plan->shape.z > 1 && !plan->brute_force;
+    bool result_fits = plan->want_distance && fm_type_size(plan->distance_type) == 4 && !plan->is_signed;
+    job->raw_in_result = two_passes && job->width == 4 && result_fits && !is_search(&job->along_z) && !is_scan(&job->along_y) &&
+                         !is_scan(&job->along_z);
+    uint64_t per_voxel = job->raw_in_result ? 0 : job->width;
+    per_voxel += plan->want_index ? 4 : 0;
+    uint64_t budget = rows * plan->shape.x * 4;
+    uint32_t pitch;
+    uint64_t total;
+    uint32_t slabs = 0;
+    do {
+        slabs++;
+        job->slab = (uint32_t)fm_min_u64(fm_round_up(fm_div_up(plan->shape.x, slabs), SLAB_STEP), plan->shape.x);
+        pitch = (uint32_t)fm_round_up(job->slab, 16);
+        total = bits_bytes + carries_bytes + (two_passes ? rows * pitch * per_voxel + 512 : 0);
+        // In place, the raw distances have the pitch of the result.
+    } while (total > budget && slabs < MAX_SLABS && !job->raw_in_result && job->slab > SLAB_STEP);
+    if (job->raw_in_result) {
+        job->slab = plan->shape.x;
+        pitch = plan->shape.x;
+        total = bits_bytes + carries_bytes + (plan->want_index ? rows * pitch * 4 + 512 : 0);
+    }
+    uint64_t base;
+    FM_TRY(fm_gpu_scratch(job->gpu, total, &base));
+    job->encode.bits = base;
+    job->encode.carries = base + bits_bytes;
+    uint64_t behind = base + bits_bytes + carries_bytes;
+    fill_column_push(job, base, base + bits_bytes, distance, index);
+    job->column.pitch = pitch;
+    job->column.raw = job->raw_in_result ? distance : behind;
+    job->column.sites_y = job->raw_in_result ? behind : fm_round_up(behind + rows * pitch * job->width, 256);
+    return FM_OK;
+}
+
+static uint64_t carry_bytes(const transform_job *job) {
+    return (uint64_t)job->column.row_words * job->plan->shape.y * job->plan->shape.z * (job->wide ? 12 : 8);
+}
+
+static fm_result encode(transform_job *job, bool inner) {
+    const fm_plan *plan = job->plan;
+    uint32_t words = job->encode.row_words;
+    uint32_t row_threads = floor_power_of_two(fm_min_u64(words, ENCODE_THREADS));
+    row_threads *= row_threads < words && row_threads < ENCODE_THREADS ? 2 : 1;
+    uint32_t constants[] = {job->solid_type, inner, job->wide, (uint32_t)fm_div_up(words, row_threads), row_threads, job->nothing};
+    uint64_t rows = (uint64_t)plan->shape.y * plan->shape.z;
+    fm_dispatch dispatch = {.kernel = FM_KERNEL_ENCODE,
+                            .constants = constants,
+                            .constant_count = sizeof constants / sizeof constants[0],
+                            .push = &job->encode,
+                            .push_bytes = sizeof job->encode,
+                            .groups = fm_div_up(rows, ENCODE_THREADS / row_threads)};
+    FM_TRY(fm_commands_dispatch(job->gpu, job->slot, &dispatch));
+    uint64_t solid_bytes;
+    FM_TRY(fm_array_bytes(plan->shape, job->solid_type, &solid_bytes));
+    fm_commands_pass(job->gpu, job->slot, inner ? "encode inside" : "encode", solid_bytes + carry_bytes(job));
+    return FM_OK;
+}
+
+// What the kernels of a pass are specialised by; the ids are those of column.glsl and scan.comp.
+static fm_result run_column(transform_job *job, const column_pass *pass, bool along_z, uint32_t source, uint32_t target,
+                            bool border) {
+    const fm_plan *plan = job->plan;
+    bool finishes = target != FM_TARGET_RAW;
+    bool sites = plan->want_index && target != FM_TARGET_NEGATE;
+    uint32_t type = plan->want_distance ? plan->distance_type : FM_TYPE_U8;
+    bool plain = target == FM_TARGET_FINISH && !border && plan->cap_raw == FM_RAW_NONE && plan->shape.x % 4 == 0 &&
+                 plan->scale == 1 && type <= FM_TYPE_U32 && fm_type_size(type) == job->width;
+    uint32_t constants[] = {pass->lanes,
+                            pass->segments,
+                            pass->rows,
+                            plan->metric,
+                            is_scan(pass) ? job->width : plan->weighted,
+                            source,
+                            target,
+                            job->wide,
+                            is_scan(pass) ? plain : sites,
+                            along_z,
+                            finishes && plan->squared,
+                            finishes && border,
+                            finishes ? type : 0,
+                            finishes && sites ? plan->index_type : 0};
+    uint64_t slices = along_z ? plan->shape.y : plan->shape.z;
+    uint64_t n = along_z ? plan->shape.z : plan->shape.y;
+    uint64_t tiles = fm_div_up(job->column.x_end - job->column.x_begin, pass->tile);
+    fm_dispatch dispatch = {.kernel = pass->kernel,
+                            .constants = constants,
+                            .constant_count = sizeof constants / sizeof constants[0],
+                            .push = &job->column,
+                            .push_bytes = sizeof job->column,
+                            .groups = tiles * slices * (n / pass->rows_group)};
+    FM_TRY(fm_commands_dispatch(job->gpu, job->slot, &dispatch));
+
+    uint64_t voxels = slices * n * (job->column.x_end - job->column.x_begin);
+    uint64_t part = carry_bytes(job) * (job->column.x_end - job->column.x_begin) / plan->shape.x;
+    uint64_t read = source == FM_SOURCE_BITS ? part : voxels * job->width + (sites ? voxels * 4 + part : 0);
+    uint64_t distance_bytes = plan->want_distance ? fm_type_size(plan->distance_type) : 0;
+    uint64_t index_bytes = sites ? fm_type_size(plan->index_type) : 0;
+    uint64_t written = voxels * (finishes ? distance_bytes + index_bytes : job->width + (sites ? 4 : 0));
+    // Only the inner side of a signed field has the opposite rule for what lies outside.
+    bool inner = border != plan->border;
+    const char *name = plan->brute_force ? (inner ? "brute force inside" : "brute force")
+                       : along_z         ? (inner ? "z inside" : "z")
+                                         : (inner ? "y inside" : "y");
+    fm_commands_pass(job->gpu, job->slot, name, read + written);
+    return FM_OK;
+}
+
+static fm_result run_brute(transform_job *job, uint32_t target, bool border) {
+    const fm_plan *plan = job->plan;
+    bool floats = plan->weighted || plan->greatest < (1u << 24);
+    column_pass pass = {floats ? FM_KERNEL_BRUTE_F32 : FM_KERNEL_BRUTE_U32, SEARCH_THREADS, 1, 1, SEARCH_THREADS, 1};
+    job->column.x_begin = 0;
+    job->column.x_end = plan->shape.x;
+    return run_column(job, &pass, false, FM_SOURCE_BITS, target, border);
+}
+
+static fm_result run_side(transform_job *job, bool inner) {
+    const fm_plan *plan = job->plan;
+    uint32_t target = inner ? FM_TARGET_NEGATE : FM_TARGET_FINISH;
+    bool border = inner ? !plan->border : plan->border;
+    FM_TRY(encode(job, inner));
+    if (plan->brute_force) {
+        return run_brute(job, target, border);
+    }
+    for (uint32_t x = 0; x < plan->shape.x; x += job->slab) {
+        job->column.x_begin = x;
+        job->column.x_end = (uint32_t)fm_min_u64((uint64_t)x + job->slab, plan->shape.x);
+        if (plan->shape.z == 1) {
+            FM_TRY(run_column(job, &job->along_y, false, FM_SOURCE_BITS, target, border));
+        } else {
+            FM_TRY(run_column(job, &job->along_y, false, FM_SOURCE_BITS, FM_TARGET_RAW, border));
+            FM_TRY(run_column(job, &job->along_z, true, FM_SOURCE_RAW, target, border));
+        }
+    }
+    return FM_OK;
+}
+
+fm_result fm_gpu_transform(fm_context *context, const fm_plan *plan, const fm_volume *solid, fm_volume *distance, fm_volume *index,
+                           fm_ticket *ticket) {
+    transform_job job = {.gpu = context->gpu, .plan = plan, .device = context->device, .solid_type = solid->desc.type};
+    uint32_t row_words = fm_bits_row_words(plan->shape);
+    job.wide = plan->shape.x >= UINT16_MAX;
+    job.scan = plan->metric == FM_METRIC_L1 && !plan->weighted && !plan->want_index && !plan->brute_force;
+    job.width = raw_width(&job);
+    plan_column(&job, plan->shape.y, &job.along_y);
+    plan_column(&job, plan->shape.z, &job.along_z);
+    if (job.scan && is_scan(&job.along_y) != is_scan(&job.along_z)) {
+        // Raw distances have one form: both axes take the general kernels when one is too long for the scan.
+        job.scan = false;
+        job.width = 4;
+        plan_column(&job, plan->shape.y, &job.along_y);
+        plan_column(&job, plan->shape.z, &job.along_z);
+    }
+    job.encode.solid = fm_buffer_address(solid->buffer);
+    job.encode.x = plan->shape.x;
+    job.encode.row_words = row_words;
+    job.encode.rows = (uint64_t)plan->shape.y * plan->shape.z;
+    select_values(&job);
+    FM_TRY(lay_out(&job, distance ? fm_buffer_address(distance->buffer) : 0, index ? fm_buffer_address(index->buffer) : 0));
+    FM_TRY(fm_commands_begin(context->gpu, &job.slot));
+    FM_TRY(run_side(&job, false));
+    if (plan->is_signed) {
+        FM_TRY(run_side(&job, true));
+    }
+    return fm_commands_submit(context->gpu, job.slot, ticket);
+}
