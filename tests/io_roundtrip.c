@@ -12,10 +12,8 @@ typedef struct target {
 } target;
 
 static const target targets[] = {
-    {"a.npy", false, false, false},
-    {"a.npy.gz", false, false, false},
-    {"a.raw", true, true, false},
-    {"a.raw.gz", true, true, false},
+    {"a.npy", false, false, false},  {"a.npy.gz", false, false, false}, {"a.raw", true, true, false},
+    {"a.raw.gz", true, true, false}, {"a.vox", false, false, true},
 };
 
 static const fm_type types[] = {

@@ -44,8 +44,14 @@ static uint8_t encode(double linear) {
 static void srgb_from_oklch(oklch color, uint8_t out[3]) {
     double rgb[3];
     linear_from_oklch(color, rgb);
-    for (int step = 0; step < 64 && !in_gamut(rgb); step++) {
-        color.c *= 0.96;
+    if (!in_gamut(rgb)) {
+        double low = 0, high = color.c;
+        for (int step = 0; step < 16; step++) {
+            color.c = 0.5 * (low + high);
+            linear_from_oklch(color, rgb);
+            *(in_gamut(rgb) ? &low : &high) = color.c;
+        }
+        color.c = low;
         linear_from_oklch(color, rgb);
     }
     for (int i = 0; i < 3; i++) {
@@ -55,7 +61,7 @@ static void srgb_from_oklch(oklch color, uint8_t out[3]) {
 
 // From dark violet (hue 305) over blue and teal to yellow (hue 103).
 static oklch sequential(double t) {
-    return (oklch){.l = 0.24 + 0.70 * t, .c = 0.10 + 0.06 * sin(3.14159265358979323846 * t) + 0.05 * t * t, .h = 305 - 202 * t};
+    return (oklch){.l = 0.24 + 0.70 * t, .c = 0.10 + 0.06 * t * t * t, .h = 305 - 202 * t};
 }
 
 // Lightness and chroma mirror about the middle.

@@ -11,6 +11,7 @@
 static const fm_codec *const codecs[] = {
     &fm_codec_npy,
     &fm_codec_raw,
+    &fm_codec_vox,
 };
 enum { CODEC_COUNT = sizeof codecs / sizeof codecs[0] };
 
