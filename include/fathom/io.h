@@ -28,9 +28,9 @@ typedef enum fm_format {
 // Name as people write it ("npy", "raw", "NRRD"). Never NULL. Thread-safe.
 FM_API const char *fm_format_name(fm_format format);
 
-// Told how many bytes of elements have been read or written, of how many: at the start, after each piece of a few MiB, and at the
-// end. Returns false to cancel the call, which then fails with FM_ERROR_IO and the message "cancelled". Called on the calling
-// thread.
+// Told how much has been read or written, of how much: bytes of elements for the dense formats, voxels or bytes for the sparse ones.
+// Called on the calling thread at the start, after each piece of a few MiB and at the end. Returns false to cancel the call, which
+// then fails with FM_ERROR_IO and the message "cancelled".
 typedef bool (*fm_progress_fn)(void *user, uint64_t done, uint64_t total);
 
 typedef struct fm_read_desc {
