@@ -90,7 +90,8 @@ symbols)
     fi
     grep -q ' T fm_version$' "$work/symbols.txt"
     if grep -E '^[0-9a-f]+ [A-Z] ' "$work/symbols.txt" | grep -v ' fm_' | head -n 20 | grep .; then
-        echo "these names are defined for the program too, and may clash with its own"
+        echo "the library defines these names, of $(grep -Ec '^[0-9a-f]+ [A-Z] ' "$work/symbols.txt") in all, beside fm_*: in a program"
+        echo "that has them too, such as one that links libvulkan, they take the place of the program's"
         exit 1
     fi
     ;;
