@@ -106,8 +106,8 @@ static const char *vulkan_refuses(bench_session *session, const bench_case *what
 }
 
 static const char *brute_refuses(bench_session *session, const bench_case *what) {
-    if (bench_voxels(what) > 64 * 64 * 64) {
-        return "quadratic time: it is measured up to 64 x 64 x 64";
+    if (bench_voxels(what) > 32 * 32 * 32) {
+        return "its time is quadratic: it is measured up to 32 x 32 x 32";
     }
     return refuses_without(session, FM_BACKEND_AUTO);
 }

@@ -10,7 +10,7 @@
 enum { COPY_RUNS = 15, COPY_WARM_UP = 2 };
 
 struct bench_session {
-    bench_session_desc desc;
+    bench_session_desc desc;  // backend is no longer AUTO once a context has been made
     fm_context *contexts[FM_BACKEND_VULKAN + 1];
     double bandwidths[FM_BACKEND_VULKAN + 1];
 };
@@ -36,14 +36,25 @@ uint32_t bench_session_threads(const bench_session *session) {
 
 fm_context *bench_session_context(bench_session *session, fm_backend backend) {
     backend = backend == FM_BACKEND_AUTO ? session->desc.backend : backend;
-    if (!session->contexts[backend]) {
-        fm_context_desc desc = {.backend = backend, .threads = session->desc.threads};
-        desc.device = backend == FM_BACKEND_CPU ? NULL : session->desc.device;
-        if (fm_context_create(&desc, &session->contexts[backend]) != FM_OK) {
-            return NULL;
+    if (session->contexts[backend]) {
+        return session->contexts[backend];
+    }
+    fm_context_desc desc = {.backend = backend, .threads = session->desc.threads};
+    desc.device = backend == FM_BACKEND_CPU ? NULL : session->desc.device;
+    fm_context *context;
+    if (fm_context_create(&desc, &context) != FM_OK) {
+        return NULL;
+    }
+    if (backend == FM_BACKEND_AUTO) {
+        backend = fm_context_backend(context);
+        session->desc.backend = backend;
+        if (session->contexts[backend]) {
+            fm_context_destroy(context);
+            return session->contexts[backend];
         }
     }
-    return session->contexts[backend];
+    session->contexts[backend] = context;
+    return context;
 }
 
 typedef struct copy_job {
@@ -107,10 +118,13 @@ static double device_copy(fm_context *context, const fm_volume_desc *desc, const
 }
 
 double bench_session_bandwidth(bench_session *session, fm_backend backend) {
-    backend = backend == FM_BACKEND_AUTO ? session->desc.backend : backend;
     fm_context *context = bench_session_context(session, backend);
-    if (!context || session->bandwidths[backend] > 0) {
-        return context ? session->bandwidths[backend] : 0;
+    if (!context) {
+        return 0;
+    }
+    backend = fm_context_backend(context);
+    if (session->bandwidths[backend] > 0) {
+        return session->bandwidths[backend];
     }
     fm_device_info device;
     fm_context_device(context, &device);
@@ -123,7 +137,7 @@ double bench_session_bandwidth(bench_session *session, fm_backend backend) {
     double bandwidth = 0;
     if (fm_volume_create(NULL, &host, &source) == FM_OK) {
         fm_parallel(session->desc.threads, 64, fill_part, &(copy_job){NULL, fm_volume_data(source), bytes / 64});
-        if (fm_context_backend(context) == FM_BACKEND_VULKAN) {
+        if (backend == FM_BACKEND_VULKAN) {
             bandwidth = device_copy(context, &desc, fm_volume_data(source), bytes);
         } else if (fm_volume_create(NULL, &host, &target) == FM_OK) {
             bandwidth = host_copy(session->desc.threads, fm_volume_data(source), fm_volume_data(target), bytes);

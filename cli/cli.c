@@ -48,11 +48,35 @@ void *cli_add(cli_args *args, void *entry) {
     return entry;
 }
 
+static void print_usage(const cli_args *args, const char *command) {
+    enum { WIDTH = 100 };
+    char *syntax = NULL;
+    size_t size = 0;
+    FILE *stream = open_memstream(&syntax, &size);
+    if (!stream) {
+        return;
+    }
+    arg_print_syntax(stream, (void **)args->entries, "");
+    fclose(stream);
+    int column = printf("usage: fathom %s", command);
+    const int indent = column;
+    for (const char *word = syntax; syntax && *word;) {
+        const int length = (int)strcspn(word + 1, " ") + 1;
+        if (column + length > WIDTH) {
+            printf("\n%*s", indent, "");
+            column = indent;
+        }
+        column += printf("%.*s", length, word);
+        word += length;
+    }
+    printf("\n\n");
+    free(syntax);
+}
+
 static void print_help(const cli_args *args, const cli_help *help) {
-    printf("usage: fathom %s", help->command);
-    arg_print_syntax(stdout, (void **)args->entries, "\n\n");
+    print_usage(args, help->command);
     printf("%s\n\n", help->summary);
-    arg_print_glossary(stdout, (void **)args->entries, "  %-28s %s\n");
+    arg_print_glossary(stdout, (void **)args->entries, "  %-30s %s\n");
     if (help->examples) {
         printf("\nexamples:\n");
         for (const char *line = help->examples; *line;) {

@@ -112,7 +112,8 @@ static bool print_json(FILE *stream, const transform_request *request, const tra
     cJSON_AddStringToObject(root, "metric", metric_names[request->desc.metric]);
     cJSON_AddBoolToObject(root, "signed", request->desc.is_signed);
     cJSON_AddBoolToObject(root, "squared", request->desc.squared);
-    cJSON_AddItemToObject(root, "spacing", cJSON_CreateDoubleArray(request->desc.spacing, 3));
+    const bool spaced = request->desc.spacing[0] > 0;
+    cJSON_AddItemToObject(root, "spacing", spaced ? cJSON_CreateDoubleArray(request->desc.spacing, 3) : cJSON_CreateNull());
     cJSON_AddStringToObject(root, "backend", report_backend(outcome->backend));
     cJSON_AddItemToObject(root, "device", report_device_json(&outcome->device));
     cJSON_AddItemToObject(root, "passes", report_passes_json(outcome->passes, outcome->pass_count));
@@ -205,7 +206,7 @@ static void add_options(cli_args *args, transform_args *a) {
     a->in = cli_add(args, arg_str1(NULL, NULL, "IN", "the voxels; - reads .npy from standard input"));
     a->out = cli_add(args, arg_str1(NULL, NULL, "OUT", "the field; - writes .npy to standard output"));
     a->metric = cli_add(args, arg_str0(NULL, "metric", "l1|l2|linf", "Manhattan, Euclidean (default) or chessboard"));
-    a->algorithm = cli_add(args, arg_str0(NULL, "algorithm", "auto|separable|brute-force", "all are exact; default auto"));
+    a->algorithm = cli_add(args, arg_str0(NULL, "algorithm", "NAME", "auto (default), separable or brute-force; all are exact"));
     a->is_signed = cli_add(args, arg_lit0(NULL, "signed", "negative inside the solid"));
     a->squared = cli_add(args, arg_lit0(NULL, "squared", "squared Euclidean distances"));
     a->spacing = cli_add(args, arg_str0(NULL, "spacing", "X,Y,Z|file", "edges of a voxel, or the file's own; default voxel units"));
