@@ -103,19 +103,8 @@ static void run_depths(void *user, uint64_t begin, uint64_t end, uint32_t worker
     }
 }
 
-fm_result fm_cpu_scratch_bytes(const fm_context *context, const fm_plan *plan, uint64_t *bytes) {
-    uint64_t voxels = fm_voxels(plan->shape);
-    uint64_t workers;
-    if (plan->brute_force) {
-        *bytes = 0;
-        return FM_OK;
-    }
-    if (fm_mul_overflows(voxels, 4 + 8, bytes) || fm_mul_overflows(fm_pool_threads(context->pool), worker_bytes(plan), &workers) ||
-        fm_add_overflows(*bytes, workers + 4 * (uint64_t)FM_ALIGNMENT, bytes)) {
-        return fm_fail(FM_ERROR_RANGE, "shape is %u x %u x %u: the scratch memory is more than 64 bits count", plan->shape.x,
-                       plan->shape.y, plan->shape.z);
-    }
-    return FM_OK;
+static uint64_t window_scratch_bytes(const fm_context *context, const fm_plan *plan) {
+    return fm_round_up(fm_voxels(plan->shape) * 12, FM_ALIGNMENT) + fm_pool_threads(context->pool) * worker_bytes(plan);
 }
 
 static void run_side(fm_context *context, pass_job *job) {
@@ -127,11 +116,7 @@ static void run_side(fm_context *context, pass_job *job) {
     fm_passes_end(context, job->invert ? "z inside" : "z", fm_voxels(shape) * 8);
 }
 
-void fm_cpu_transform(fm_context *context, const fm_plan *plan, const fm_sites *sites, void *memory, void *distance, void *index) {
-    if (plan->brute_force) {
-        fm_brute_transform(context, plan, sites, distance, index);
-        return;
-    }
+static void run_window(fm_context *context, const fm_plan *plan, const fm_sites *sites, void *memory, void *distance, void *index) {
     uint64_t voxels = fm_voxels(plan->shape);
     pass_job job = {.plan = plan, .sites = sites, .border = plan->border, .distance = distance, .index = index};
     job.source = memory;
@@ -144,5 +129,27 @@ void fm_cpu_transform(fm_context *context, const fm_plan *plan, const fm_sites *
         job.border = !plan->border;
         job.index = NULL;
         run_side(context, &job);
+    }
+}
+
+fm_result fm_cpu_scratch_bytes(const fm_context *context, const fm_plan *plan, uint64_t *bytes) {
+    // What is below 2^56 voxels cannot overflow in the sums that follow.
+    if (fm_voxels(plan->shape) >> 56) {
+        return fm_fail(FM_ERROR_RANGE, "shape is %u x %u x %u: the scratch memory is more than 63 bits count", plan->shape.x,
+                       plan->shape.y, plan->shape.z);
+    }
+    *bytes = plan->brute_force      ? 0
+             : fm_kernels_fit(plan) ? fm_kernels_scratch_bytes(context, plan)
+                                    : window_scratch_bytes(context, plan);
+    return FM_OK;
+}
+
+void fm_cpu_transform(fm_context *context, const fm_plan *plan, const fm_sites *sites, void *memory, void *distance, void *index) {
+    if (plan->brute_force) {
+        fm_brute_transform(context, plan, sites, distance, index);
+    } else if (fm_kernels_fit(plan)) {
+        fm_kernels_transform(context, plan, sites, memory, distance);
+    } else {
+        run_window(context, plan, sites, memory, distance, index);
     }
 }

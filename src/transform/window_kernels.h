@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: MIT
+// L2 and Linf within a slice whose distances along z are known, once for 16-bit and once for 32-bit lanes: define LANE (type),
+// NONE, W(name) (this width's function), V(name) (this width's vector operation), STEPS(job).
+//
+// A voxel's answer is the least of field[k away] "plus" what k steps cost. Steps are taken in blocks of FM_WINDOW_BLOCK, outwards,
+// each direction until neither the cheapest element further out nor the steps alone can win. A block whose cheapest element cannot
+// win is skipped. All lanes of a vector go together, so every lane sees at least the steps that it needs.
+
+enum { W(LANES) = VECTOR_BYTES / sizeof(LANE) };
+
+static inline vector W(reach)(vector field, vector step, bool linf) {
+    return linf ? V(max)(field, step) : V(add)(field, step);
+}
+
+// One column of vectors, `stride` elements from row to row; FM_WINDOW_BLOCK rows of NONE lie before and after `field`.
+static inline void W(columns)(const uint32_t *steps, uint32_t count, const LANE *field, const LANE *block, const LANE *before,
+                              const LANE *after, LANE *out, size_t out_stride, bool linf) {
+    const ptrdiff_t lanes = W(LANES);
+    for (ptrdiff_t row = 0; row < (ptrdiff_t)count; row++) {
+        vector best = load(field + row * lanes);
+        bool up = row > 0;
+        bool down = row + 1 < (ptrdiff_t)count;
+        for (ptrdiff_t k = 1; up || down; k += FM_WINDOW_BLOCK) {
+            const vector nearest = set_u32(steps[k]);
+            if (up) {
+                if (V(any_less)(W(reach)(load(block + (row - k - FM_WINDOW_BLOCK + 1) * lanes), nearest, linf), best)) {
+                    for (ptrdiff_t i = 0; i < FM_WINDOW_BLOCK; i++) {
+                        best = V(min)(best, W(reach)(load(field + (row - k - i) * lanes), set_u32(steps[k + i]), linf));
+                    }
+                    up = row >= k + FM_WINDOW_BLOCK;
+                } else {
+                    up = row >= k + FM_WINDOW_BLOCK && V(any_less)(W(reach)(load(before + (row - k) * lanes), nearest, linf), best);
+                }
+            }
+            if (down) {
+                if (V(any_less)(W(reach)(load(block + (row + k) * lanes), nearest, linf), best)) {
+                    for (ptrdiff_t i = 0; i < FM_WINDOW_BLOCK; i++) {
+                        best = V(min)(best, W(reach)(load(field + (row + k + i) * lanes), set_u32(steps[k + i]), linf));
+                    }
+                    down = row + k + FM_WINDOW_BLOCK < (ptrdiff_t)count;
+                } else {
+                    down = row + k + FM_WINDOW_BLOCK < (ptrdiff_t)count &&
+                           V(any_less)(W(reach)(load(after + (row + k) * lanes), nearest, linf), best);
+                }
+            }
+        }
+        store(out + (size_t)row * out_stride, best);
+    }
+}
+
+// The cheapest of FM_WINDOW_BLOCK rows from each row on, and of all rows up to and from each row.
+static inline void W(summarise)(uint32_t count, LANE *field, LANE *block, LANE *before, LANE *after) {
+    const ptrdiff_t lanes = W(LANES);
+    const vector none = V(set)(NONE);
+    for (ptrdiff_t i = 1; i <= FM_WINDOW_BLOCK; i++) {
+        store(field - i * lanes, none);
+        store(field + ((ptrdiff_t)count - 1 + i) * lanes, none);
+    }
+    vector least = none;
+    for (ptrdiff_t row = 0; row < (ptrdiff_t)count; row++) {
+        least = V(min)(least, load(field + row * lanes));
+        store(before + row * lanes, least);
+    }
+    least = none;
+    vector next[FM_WINDOW_BLOCK];
+    for (int i = 0; i < FM_WINDOW_BLOCK; i++) {
+        next[i] = none;
+    }
+    for (ptrdiff_t row = (ptrdiff_t)count - 1; row > -FM_WINDOW_BLOCK; row--) {
+        const vector here = load(field + row * lanes);
+        // next[i] is the cheapest of i + 1 rows from the row below on, for i = 0, 1, 3.
+        const vector two = V(min)(here, next[0]);
+        const vector four = V(min)(two, next[2]);
+        store(block + row * lanes, V(min)(four, next[6]));
+        next[6] = next[5];
+        next[5] = next[4];
+        next[4] = next[3];
+        next[3] = four;
+        next[2] = next[1];
+        next[1] = two;
+        next[0] = here;
+        if (row >= 0) {
+            least = V(min)(least, here);
+            store(after + row * lanes, least);
+        }
+    }
+}
+
+// A row of a slice, FM_KERNEL_PAD elements of NONE around it.
+static inline void W(row)(const uint32_t *steps, uint32_t count, const LANE *field, LANE *block, LANE *out, bool linf) {
+    const ptrdiff_t lanes = W(LANES);
+    for (ptrdiff_t x = -FM_KERNEL_PAD + lanes; x < (ptrdiff_t)count + lanes; x += lanes) {
+        vector least = V(min)(load(field + x), load(field + x + 1));
+        least = V(min)(least, V(min)(load(field + x + 2), load(field + x + 3)));
+        least = V(min)(least, V(min)(load(field + x + 4), load(field + x + 5)));
+        store(block + x, V(min)(least, V(min)(load(field + x + 6), load(field + x + 7))));
+    }
+    for (ptrdiff_t x = 0; x < (ptrdiff_t)count; x += lanes) {
+        vector best = load(field + x);
+        bool left = true;
+        bool right = true;
+        for (ptrdiff_t k = 1; left || right; k += FM_WINDOW_BLOCK) {
+            const vector nearest = set_u32(steps[k]);
+            if (!V(any_less)(nearest, best)) {
+                break;
+            }
+            if (left) {
+                if (V(any_less)(W(reach)(load(block + x - k - FM_WINDOW_BLOCK + 1), nearest, linf), best)) {
+                    for (ptrdiff_t i = 0; i < FM_WINDOW_BLOCK; i++) {
+                        best = V(min)(best, W(reach)(load(field + x - k - i), set_u32(steps[k + i]), linf));
+                    }
+                }
+                left = x + lanes > k + FM_WINDOW_BLOCK;
+            }
+            if (right) {
+                if (V(any_less)(W(reach)(load(block + x + k), nearest, linf), best)) {
+                    for (ptrdiff_t i = 0; i < FM_WINDOW_BLOCK; i++) {
+                        best = V(min)(best, W(reach)(load(field + x + k + i), set_u32(steps[k + i]), linf));
+                    }
+                }
+                right = x + k + FM_WINDOW_BLOCK < (ptrdiff_t)count;
+            }
+        }
+        store(out + x, best);
+    }
+}
+
+// Buffers of one worker.
+typedef struct W(buffers) {
+    LANE *field, *block, *before, *after;  // a column of vectors
+    LANE *slice;
+    LANE *row, *row_block, *row_out;
+    LANE *way_x;
+} W(buffers);
+
+static W(buffers) W(buffers_of)(const fm_kernel_job *job, uint32_t worker) {
+    const fm_shape shape = job->plan->shape;
+    const size_t width = (size_t)fm_bits_row_words(shape) * 32;
+    const size_t column = ((size_t)shape.y + 2 * FM_WINDOW_BLOCK) * W(LANES);
+    const size_t padded = width + 2 * FM_KERNEL_PAD;
+    W(buffers) buffers;
+    LANE *memory = (LANE *)(void *)(job->workers + worker * job->worker_bytes);
+    buffers.field = memory + FM_WINDOW_BLOCK * W(LANES);
+    buffers.block = buffers.field + column;
+    buffers.before = buffers.block + column;
+    buffers.after = buffers.before + column;
+    memory += 4 * column;
+    buffers.row = memory + FM_KERNEL_PAD;
+    buffers.row_block = buffers.row + padded;
+    buffers.row_out = buffers.row_block + padded;
+    buffers.way_x = buffers.row_out + padded;
+    memory += 4 * padded;
+    buffers.slice = memory;
+    return buffers;
+}
+
+// Applies the border to a finished row; returns whether a lane is NONE.
+static inline bool W(close_row)(const fm_kernel_job *job, const W(buffers) * buffers, uint64_t row, bool linf) {
+    const fm_shape shape = job->plan->shape;
+    const uint32_t steps =
+        fm_steps_least(fm_steps_out((uint32_t)(row % shape.y), shape.y), fm_steps_out((uint32_t)(row / shape.y), shape.z));
+    const uint64_t way = linf ? steps : (uint64_t)steps * steps;
+    const LANE most = job->border && way < NONE ? (LANE)way : NONE;
+    LANE worst = 0;
+    for (uint32_t x = 0; x < shape.x; x++) {
+        LANE raw = buffers->row_out[x];
+        if (job->border) {
+            raw = buffers->way_x[x] < raw ? buffers->way_x[x] : raw;
+            raw = most < raw ? most : raw;
+            buffers->row_out[x] = raw;
+        }
+        worst = raw > worst ? raw : worst;
+    }
+    return worst == NONE;
+}
+
+// One slice; false when 16 bits did not hold it.
+static inline bool W(plane)(const fm_kernel_job *job, uint32_t z, uint32_t worker, bool linf) {
+    const fm_shape shape = job->plan->shape;
+    const size_t width = (size_t)fm_bits_row_words(shape) * 32;
+    const uint32_t *steps = STEPS(job);
+    const W(buffers) buffers = W(buffers_of)(job, worker);
+    const uint16_t *along_z = (const uint16_t *)job->middle + z * width * shape.y;
+    for (size_t x = 0; x < width; x += W(LANES)) {
+        for (size_t y = 0; y < shape.y; y++) {
+            const uint16_t *from = along_z + y * width + x;
+            LANE *to = buffers.field + y * W(LANES);
+            for (int lane = 0; lane < W(LANES); lane++) {
+                to[lane] = W(first)(from[lane], linf);
+            }
+        }
+        W(summarise)(shape.y, buffers.field, buffers.block, buffers.before, buffers.after);
+        W(columns)(steps, shape.y, buffers.field, buffers.block, buffers.before, buffers.after, buffers.slice + x, width, linf);
+    }
+    for (ptrdiff_t i = 0; i < FM_KERNEL_PAD; i++) {
+        buffers.row[-1 - i] = NONE;
+        buffers.row[(ptrdiff_t)width + i] = NONE;
+    }
+    for (uint32_t x = 0; job->border && x < shape.x; x++) {
+        const uint64_t out = fm_steps_out(x, shape.x);
+        const uint64_t way = linf ? out : out * out;
+        buffers.way_x[x] = way < NONE ? (LANE)way : NONE;
+    }
+    for (uint32_t y = 0; y < shape.y; y++) {
+        memcpy(buffers.row, buffers.slice + y * width, width * sizeof(LANE));
+        for (size_t x = shape.x; x < width; x++) {
+            buffers.row[x] = NONE;
+        }
+        W(row)(steps, shape.x, buffers.row, buffers.row_block, buffers.row_out, linf);
+        const uint64_t row = (uint64_t)z * shape.y + y;
+        bool overflow = W(close_row)(job, &buffers, row, linf);
+        if (overflow && NONE <= job->limit && sizeof(LANE) == 2) {
+            return false;
+        }
+        W(finish)(job, row * shape.x, shape.x, buffers.row_out);
+    }
+    return true;
+}
