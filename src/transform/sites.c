@@ -2,10 +2,11 @@
 // From the caller's voxels to one bit a voxel. Every selection becomes one comparison in the element's own type, chosen so that it
 // is exact: `value != key` (nonzero), `value >= key` (threshold) or `value == key` (label), or a constant.
 
-#include "transform/plan.h"
+#include "transform/kernels.h"
 
 #include <math.h>
 #include <stdatomic.h>
+#include <string.h>
 
 typedef enum encode_test { TEST_NEVER = 0, TEST_ALWAYS, TEST_DIFFERS, TEST_APART, TEST_EQUALS, TEST_AT_LEAST } encode_test;
 
@@ -24,6 +25,7 @@ typedef struct encode_job {
     const void *solid;
     uint32_t *words;
     bool nan_is_empty;
+    const fm_kernels *kernels;
     atomic_uint_fast64_t first_nan;  // element index, UINT64_MAX for none
 } encode_job;
 
@@ -98,44 +100,49 @@ static encode_rule make_rule(const fm_plan *plan, fm_type type) {
     return (encode_rule){.test = TEST_EQUALS, .key_unsigned = (uint64_t)plan->label, .key_signed = plan->label};
 }
 
-#define ENCODE_WORD(comparison)                                                                                                    \
-    for (uint32_t i = 0; i < count; i++) {                                                                                         \
-        word |= (uint32_t)(comparison) << i;                                                                                       \
+#define COMPARE(comparison)                                                                                                        \
+    for (size_t i = 0; i < count; i++) {                                                                                           \
+        out[i] = comparison;                                                                                                       \
     }                                                                                                                              \
     break
 
-// One word of up to 32 elements of one type.
-#define DEFINE_WORD(name, type, field)                                                                                             \
-    static uint32_t name(const encode_rule *rule, const type *values, uint32_t count) {                                            \
+// One byte an element, 1 where it is solid.
+#define DEFINE_TEST(name, type, field)                                                                                             \
+    static void name(const encode_rule *rule, const void *solid, uint64_t at, size_t count, uint8_t *restrict out) {               \
+        const type *restrict values = (const type *)solid + at;                                                                    \
         const type key = (type)rule->field;                                                                                        \
-        uint32_t word = 0;                                                                                                         \
         switch (rule->test) {                                                                                                      \
         case TEST_DIFFERS:                                                                                                         \
-            ENCODE_WORD(values[i] != key);                                                                                         \
+            COMPARE(values[i] != key);                                                                                             \
         case TEST_APART:                                                                                                           \
-            ENCODE_WORD(values[i]<key || values[i]> key);                                                                          \
+            COMPARE(values[i]<key || values[i]> key);                                                                              \
         case TEST_EQUALS:                                                                                                          \
-            ENCODE_WORD(values[i] == key);                                                                                         \
+            COMPARE(values[i] == key);                                                                                             \
         case TEST_AT_LEAST:                                                                                                        \
-            ENCODE_WORD(values[i] >= key);                                                                                         \
-        case TEST_ALWAYS:                                                                                                          \
-            ENCODE_WORD(1);                                                                                                        \
+            COMPARE(values[i] >= key);                                                                                             \
         default:                                                                                                                   \
-            break;                                                                                                                 \
+            COMPARE(rule->test == TEST_ALWAYS);                                                                                    \
         }                                                                                                                          \
-        return word;                                                                                                               \
     }
 
-DEFINE_WORD(word_u8, uint8_t, key_unsigned)
-DEFINE_WORD(word_u16, uint16_t, key_unsigned)
-DEFINE_WORD(word_u32, uint32_t, key_unsigned)
-DEFINE_WORD(word_u64, uint64_t, key_unsigned)
-DEFINE_WORD(word_i8, int8_t, key_signed)
-DEFINE_WORD(word_i16, int16_t, key_signed)
-DEFINE_WORD(word_i32, int32_t, key_signed)
-DEFINE_WORD(word_i64, int64_t, key_signed)
-DEFINE_WORD(word_f32, float, key_float)
-DEFINE_WORD(word_f64, double, key_float)
+DEFINE_TEST(test_u8, uint8_t, key_unsigned)
+DEFINE_TEST(test_u16, uint16_t, key_unsigned)
+DEFINE_TEST(test_u32, uint32_t, key_unsigned)
+DEFINE_TEST(test_u64, uint64_t, key_unsigned)
+DEFINE_TEST(test_i8, int8_t, key_signed)
+DEFINE_TEST(test_i16, int16_t, key_signed)
+DEFINE_TEST(test_i32, int32_t, key_signed)
+DEFINE_TEST(test_i64, int64_t, key_signed)
+DEFINE_TEST(test_f32, float, key_float)
+DEFINE_TEST(test_f64, double, key_float)
+
+typedef void (*test_fn)(const encode_rule *rule, const void *solid, uint64_t at, size_t count, uint8_t *restrict out);
+
+static const test_fn tests[] = {
+    [FM_TYPE_U8] = test_u8,   [FM_TYPE_U16] = test_u16, [FM_TYPE_U32] = test_u32, [FM_TYPE_F32] = test_f32,
+    [FM_TYPE_I8] = test_i8,   [FM_TYPE_I16] = test_i16, [FM_TYPE_I32] = test_i32, [FM_TYPE_U64] = test_u64,
+    [FM_TYPE_I64] = test_i64, [FM_TYPE_F64] = test_f64,
+};
 
 static uint32_t word_bits(const encode_rule *rule, uint32_t bits, uint32_t count) {
     uint32_t valid = count == 32 ? UINT32_MAX : (1u << count) - 1;
@@ -153,32 +160,44 @@ static uint32_t word_bits(const encode_rule *rule, uint32_t bits, uint32_t count
     }
 }
 
-static uint32_t encode_word(const encode_job *job, uint64_t row, uint32_t x, uint32_t count) {
-    const encode_rule *rule = &job->rule;
-    uint64_t at = row * job->shape.x + x;
-    switch (job->type) {
-    case FM_TYPE_U8:
-        return word_u8(rule, (const uint8_t *)job->solid + at, count);
-    case FM_TYPE_U16:
-        return word_u16(rule, (const uint16_t *)job->solid + at, count);
-    case FM_TYPE_U32:
-        return word_u32(rule, (const uint32_t *)job->solid + at, count);
-    case FM_TYPE_U64:
-        return word_u64(rule, (const uint64_t *)job->solid + at, count);
-    case FM_TYPE_I8:
-        return word_i8(rule, (const int8_t *)job->solid + at, count);
-    case FM_TYPE_I16:
-        return word_i16(rule, (const int16_t *)job->solid + at, count);
-    case FM_TYPE_I32:
-        return word_i32(rule, (const int32_t *)job->solid + at, count);
-    case FM_TYPE_I64:
-        return word_i64(rule, (const int64_t *)job->solid + at, count);
-    case FM_TYPE_F32:
-        return word_f32(rule, (const float *)job->solid + at, count);
-    case FM_TYPE_F64:
-        return word_f64(rule, (const double *)job->solid + at, count);
+static void encode_bits_row(const encode_job *job, uint64_t row, uint32_t *words) {
+    const uint32_t row_words = fm_bits_row_words(job->shape);
+    const uint32_t *bits = (const uint32_t *)job->solid + row * row_words;
+    for (uint32_t i = 0; i < row_words; i++) {
+        words[i] = word_bits(&job->rule, bits[i], (uint32_t)fm_min_u64(32, job->shape.x - 32 * (uint64_t)i));
+    }
+}
+
+// Elements [at, at + count) as words, the last one filled up with zeros.
+static void encode_run(const encode_job *job, uint64_t at, uint64_t count, uint32_t *words) {
+    enum { BLOCK = 1024 };
+    uint8_t solid[BLOCK];
+    for (uint64_t done = 0; done < count; done += BLOCK) {
+        size_t block = (size_t)fm_min_u64(BLOCK, count - done);
+        tests[job->type](&job->rule, job->solid, at + done, block, solid);
+        size_t whole = (size_t)fm_round_up(block, 32);
+        memset(solid + block, 0, whole - block);
+        job->kernels->differs_u8(solid, whole / 32, 0, words + done / 32);
+    }
+}
+
+// The same for bytes, which need no step in between.
+static uint64_t encode_whole_u8(const encode_job *job, uint64_t at, uint64_t count, uint32_t *words) {
+    const uint8_t *values = (const uint8_t *)job->solid + at;
+    const uint8_t key = (uint8_t)job->rule.key_unsigned;
+    const uint64_t whole = count / 32;
+    switch (job->rule.test) {
+    case TEST_DIFFERS:
+        job->kernels->differs_u8(values, whole, key, words);
+        return whole;
+    case TEST_EQUALS:
+        job->kernels->equals_u8(values, whole, key, words);
+        return whole;
+    case TEST_AT_LEAST:
+        job->kernels->at_least_u8(values, whole, key, words);
+        return whole;
     default:
-        return word_bits(rule, ((const uint32_t *)job->solid)[row * fm_bits_row_words(job->shape) + x / 32], count);
+        return 0;
     }
 }
 
@@ -206,11 +225,18 @@ static void encode_rows(void *user, uint64_t begin, uint64_t end, uint32_t worke
     if (!job->nan_is_empty && (job->type == FM_TYPE_F32 || job->type == FM_TYPE_F64)) {
         scan_nan(job, begin * job->shape.x, end * job->shape.x);
     }
-    for (uint64_t row = begin; row < end; row++) {
-        for (uint32_t i = 0; i < row_words; i++) {
-            uint32_t count = (uint32_t)fm_min_u64(32, job->shape.x - 32 * (uint64_t)i);
-            job->words[row * row_words + i] = encode_word(job, row, 32 * i, count);
+    // Rows that fill their words are one long row.
+    const bool joined = job->shape.x % 32 == 0 && job->type != FM_TYPE_BITS;
+    const uint64_t length = joined ? (end - begin) * job->shape.x : job->shape.x;
+    for (uint64_t row = begin; row < end; row = joined ? end : row + 1) {
+        uint32_t *words = job->words + row * row_words;
+        const uint64_t at = row * job->shape.x;
+        if (job->type == FM_TYPE_BITS) {
+            encode_bits_row(job, row, words);
+            continue;
         }
+        uint64_t whole = job->type == FM_TYPE_U8 ? encode_whole_u8(job, at, length, words) : 0;
+        encode_run(job, at + 32 * whole, length - 32 * whole, words + whole);
     }
 }
 
@@ -221,10 +247,11 @@ fm_result fm_sites_encode(fm_context *context, const fm_plan *plan, fm_type type
                       .rule = make_rule(plan, type),
                       .solid = solid,
                       .words = words,
-                      .nan_is_empty = nan_is_empty};
+                      .nan_is_empty = nan_is_empty,
+                      .kernels = fm_kernels_best()};
     atomic_init(&job.first_nan, UINT64_MAX);
     uint64_t rows = (uint64_t)plan->shape.y * plan->shape.z;
-    uint64_t grain = fm_max_u64(1, (1 << 20) / plan->shape.x);
+    uint64_t grain = fm_max_u64(1, (1 << 18) / plan->shape.x);
     fm_pool_run(context->pool, rows, grain, encode_rows, &job);
     uint64_t at = atomic_load(&job.first_nan);
     if (at != UINT64_MAX) {
