@@ -77,7 +77,7 @@ static uint64_t padded_width(const fm_plan *plan) {
 static uint64_t l1_worker_bytes(const fm_plan *plan) {
     const uint64_t lane = l1_bytes(plan);
     const uint64_t words = fm_round_up(fm_bits_row_words(plan->shape) + 2, 16) * 4;
-    const uint64_t plane = words + (2 * FM_KERNEL_PAD + padded_width(plan) * (2 + plan->shape.y)) * lane;
+    const uint64_t plane = words + (2 * FM_KERNEL_PAD + padded_width(plan) * (3 + plan->shape.y)) * lane;
     const uint64_t depth = (uint64_t)l1_depth_run(plan) * (1 + plan->shape.z) * lane;
     return fm_round_up(fm_max_u64(plane, depth), FM_ALIGNMENT);
 }

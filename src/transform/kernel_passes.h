@@ -12,15 +12,18 @@ static inline uint32_t fm_steps_least(uint32_t a, uint32_t b) {
     return a < b ? a : b;
 }
 
-// The sites of a row, with clear words behind it.
-static inline void fm_fetch_words(const fm_kernel_job *job, uint64_t row, size_t row_words, uint32_t *words) {
+// The sites of a row, with clear words behind it; whether there are any.
+static inline bool fm_fetch_words(const fm_kernel_job *job, uint64_t row, size_t row_words, uint32_t *words) {
     const uint32_t *from = job->words + row * row_words;
     const uint32_t flip = job->invert ? UINT32_MAX : 0;
+    uint32_t any = 0;
     for (size_t i = 0; i < row_words; i++) {
         words[i] = from[i] ^ flip;
+        any |= words[i];
     }
     words[row_words] = 0;
     words[row_words + 1] = 0;
+    return any != 0;
 }
 
 // Writes past the cache where alignment allows: nobody reads it soon.
