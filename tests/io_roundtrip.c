@@ -12,8 +12,10 @@ typedef struct target {
 } target;
 
 static const target targets[] = {
-    {"a.npy", false, false, false},  {"a.npy.gz", false, false, false}, {"a.raw", true, true, false},
-    {"a.raw.gz", true, true, false}, {"a.vox", false, false, true},
+    {"a.npy", false, false, false},    {"a.npy.gz", false, false, false}, {"a.raw", true, true, false},
+    {"a.raw.gz", true, true, false},   {"a.vox", false, false, true},     {"a.nrrd", true, false, false},
+    {"a.nrrd.gz", true, false, false}, {"a.nhdr", true, false, false},    {"a.nii", true, false, false},
+    {"a.nii.gz", true, false, false},
 };
 
 static const fm_type types[] = {

@@ -71,7 +71,7 @@ static fm_result binvox_open(fm_reader *reader) {
     binvox_header header = {.scale = 1};
     FM_TRY(read_header(reader, &header));
     const uint64_t axes[3] = {header.dim[0], header.dim[2], header.dim[1]};
-    FM_TRY(fm_reader_shape(reader, axes, 3));
+    FM_TRY(fm_reader_shape(reader, axes, 3, NULL));
     reader->default_limit = default_limit;
     reader->info.type = FM_TYPE_U8;
     // `scale` is the length of the longest side; `translate` the position of the grid's lowest corner.

@@ -55,24 +55,35 @@ bool fm_writer_progress(const fm_writer *writer, uint64_t done, uint64_t total) 
     return told(writer->desc->progress, writer->desc->progress_user, done, total, writer->path);
 }
 
-fm_result fm_reader_shape(fm_reader *reader, const uint64_t *axes, uint32_t count) {
-    uint64_t kept[3] = {1, 1, 1};
-    for (uint32_t i = 0; i < count; i++) {
-        if (i < 3) {
-            kept[i] = axes[i];
-        } else if (axes[i] != 1) {
-            return fm_input_fail(reader->input, FM_ERROR_UNSUPPORTED,
-                                 "has %u axes: 1 to 3 are read, further ones only when they are 1; split the file", count);
+fm_result fm_reader_shape(fm_reader *reader, const uint64_t *axes, uint32_t count, uint32_t kept[3]) {
+    uint64_t found[3] = {1, 1, 1};
+    uint32_t surplus = count > 3 ? count - 3 : 0;
+    uint32_t first[3] = {count, count, count};
+    uint32_t left = count - surplus;
+    for (uint32_t i = count; i-- > 0;) {
+        if (surplus > 0 && axes[i] == 1) {
+            surplus--;
+        } else if (left > 0) {
+            left--;
+            found[left] = axes[i];
+            first[left] = i;
         }
+    }
+    if (surplus > 0) {
+        return fm_input_fail(reader->input, FM_ERROR_UNSUPPORTED,
+                             "has %u axes: 1 to 3 are read, further ones only when they are 1; split the file", count);
     }
     for (int i = 0; i < 3; i++) {
-        if (kept[i] == 0 || kept[i] > INT32_MAX) {
+        if (found[i] == 0 || found[i] > INT32_MAX) {
             return fm_input_fail(reader->input, FM_ERROR_FORMAT,
                                  "has the shape %llu x %llu x %llu: every axis must be 1 to 2147483647",
-                                 (unsigned long long)kept[0], (unsigned long long)kept[1], (unsigned long long)kept[2]);
+                                 (unsigned long long)found[0], (unsigned long long)found[1], (unsigned long long)found[2]);
         }
     }
-    reader->info.shape = (fm_shape){(uint32_t)kept[0], (uint32_t)kept[1], (uint32_t)kept[2]};
+    if (kept) {
+        memcpy(kept, first, sizeof first);
+    }
+    reader->info.shape = (fm_shape){(uint32_t)found[0], (uint32_t)found[1], (uint32_t)found[2]};
     return FM_OK;
 }
 

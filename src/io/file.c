@@ -9,7 +9,7 @@
 #include <strings.h>
 
 static const fm_codec *const codecs[] = {
-    &fm_codec_npy, &fm_codec_raw, &fm_codec_vox, &fm_codec_binvox, &fm_codec_octomap,
+    &fm_codec_npy, &fm_codec_raw, &fm_codec_nrrd, &fm_codec_nifti, &fm_codec_vox, &fm_codec_binvox, &fm_codec_octomap,
 };
 enum { CODEC_COUNT = sizeof codecs / sizeof codecs[0] };
 

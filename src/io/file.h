@@ -80,8 +80,9 @@ void fm_reader_note(fm_reader *reader, const char *format, ...) FM_PRINTF(2, 3);
 // Memory of the codec's own, freed with the reader.
 void *fm_reader_state(fm_reader *reader, uint64_t bytes);
 
-// Shape from axes in file order, fastest first; axes of 1 beyond three are dropped.
-fm_result fm_reader_shape(fm_reader *reader, const uint64_t *axes, uint32_t count);
+// Shape from axes in file order, fastest first. Where there are more than three, axes of 1 are dropped, the slowest first. `kept`
+// (NULL allowed) gets which axes became x, y and z; `count` or more for those that are not in the file.
+fm_result fm_reader_shape(fm_reader *reader, const uint64_t *axes, uint32_t count, uint32_t kept[3]);
 // Finishes the description of a dense file: `bytes`, and whether the file can hold them.
 fm_result fm_dense_require(fm_reader *reader);
 // `load` of the dense formats: reads in pieces, swaps, transposes and scales.

@@ -243,8 +243,8 @@ static fm_result open_source(fm_input *input, const char *path) {
     return FM_OK;
 }
 
-static fm_result finish_open(fm_input *input, fm_result result, fm_input **opened) {
-    if (result == FM_OK) {
+static fm_result finish_open(fm_input *input, fm_result result, bool detect, fm_input **opened) {
+    if (result == FM_OK && detect) {
         result = detect_gzip(input);
     }
     if (result != FM_OK) {
@@ -258,7 +258,13 @@ static fm_result finish_open(fm_input *input, fm_result result, fm_input **opene
 fm_result fm_input_open(const fm_allocator *allocator, const char *path, fm_input **result) {
     fm_input *input = NULL;
     FM_TRY(input_create(allocator, strcmp(path, "-") == 0 ? "standard input" : path, &input));
-    return finish_open(input, open_source(input, path), result);
+    return finish_open(input, open_source(input, path), true, result);
+}
+
+fm_result fm_input_open_plain(const fm_allocator *allocator, const char *path, fm_input **result) {
+    fm_input *input = NULL;
+    FM_TRY(input_create(allocator, path, &input));
+    return finish_open(input, open_source(input, path), false, result);
 }
 
 fm_result fm_input_open_memory(const fm_allocator *allocator, const void *data, uint64_t size, const char *name,
@@ -268,7 +274,7 @@ fm_result fm_input_open_memory(const fm_allocator *allocator, const void *data, 
     input->memory = data;
     input->memory_left = size;
     input->file_size = size;
-    return finish_open(input, FM_OK, result);
+    return finish_open(input, FM_OK, true, result);
 }
 
 void fm_input_close(fm_input *input) {
@@ -374,6 +380,24 @@ fm_result fm_input_line(fm_input *input, char *line, size_t capacity, bool *ende
     }
     line[length] = 0;
     return FM_OK;
+}
+
+fm_result fm_input_skip_line(fm_input *input) {
+    for (;;) {
+        const uint8_t *byte;
+        size_t available;
+        FM_TRY(fm_input_peek(input, 1, &byte, &available));
+        if (available == 0) {
+            return fm_input_fail(input, FM_ERROR_FORMAT,
+                                 "ends within the lines to be skipped: the file is truncated, get it again");
+        }
+        bool end = *byte == '\n';
+        front(input)->begin++;
+        input->position++;
+        if (end) {
+            return FM_OK;
+        }
+    }
 }
 
 fm_result fm_input_expect_end(fm_input *input) {

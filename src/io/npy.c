@@ -204,7 +204,7 @@ static fm_result npy_parse(fm_reader *reader, char *text) {
     for (uint32_t i = 0; i < header.count; i++) {
         axes[i] = header.axes[header.count - 1 - i];
     }
-    FM_TRY(fm_reader_shape(reader, axes, header.count));
+    FM_TRY(fm_reader_shape(reader, axes, header.count, NULL));
     reader->dense.fortran_order = header.fortran_order && header.count > 1;
     reader->info.fortran_order = reader->dense.fortran_order;
     if (reader->dense.fortran_order) {

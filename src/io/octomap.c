@@ -141,7 +141,7 @@ static fm_result octomap_open(fm_reader *reader) {
     reader->info.type = FM_TYPE_U8;
     reader->default_limit = default_limit;
     fm_reader_note(reader, "0 unknown, 1 free, 2 occupied");
-    return fm_reader_shape(reader, axes, 3);
+    return fm_reader_shape(reader, axes, 3, NULL);
 }
 
 static fm_result octomap_load(fm_reader *reader, fm_volume *volume) {

@@ -223,7 +223,7 @@ static fm_result raw_open(fm_reader *reader) {
     info->big_endian = side.big_endian;
     reader->dense.type = side.type;
     reader->dense.swap = side.big_endian != fm_machine_is_big_endian();
-    FM_TRY(fm_reader_shape(reader, side.axes, 3));
+    FM_TRY(fm_reader_shape(reader, side.axes, 3, NULL));
     FM_TRY(fm_input_skip(reader->input, side.offset, "the bytes before its elements"));
     return fm_dense_require(reader);
 }

@@ -16,7 +16,9 @@ enum { FM_PEEK_MAX = 4096 };  // bytes that fm_input_peek can show
 
 // Opens `path` ("-": standard input). A file that begins as gzip does is decompressed from the start. `allocator` must outlive it.
 fm_result fm_input_open(const fm_allocator *allocator, const char *path, fm_input **input);
-// The same over bytes in memory, which must outlive the input.
+// The same, but never decompressed of itself.
+fm_result fm_input_open_plain(const fm_allocator *allocator, const char *path, fm_input **input);
+// As fm_input_open, over bytes in memory, which must outlive the input.
 fm_result fm_input_open_memory(const fm_allocator *allocator, const void *data, uint64_t size, const char *name, fm_input **input);
 void fm_input_close(fm_input *input);
 
@@ -28,6 +30,8 @@ fm_result fm_input_skip(fm_input *input, uint64_t size, const char *part);
 // A line without its end ("\n" or "\r\n"), as a string. A line of `capacity` bytes or more, or one with a NUL, is refused.
 // `*end` (NULL allowed: the end of the file is an error then) tells that the file ended before any byte of the line.
 fm_result fm_input_line(fm_input *input, char *line, size_t capacity, bool *end);
+// Past the next newline, however far that is.
+fm_result fm_input_skip_line(fm_input *input);
 // Fails when bytes are left over. Checks the sum at the end of a gzip stream.
 fm_result fm_input_expect_end(fm_input *input);
 // All the rest, in memory of `*size` bytes from the allocator; more than `max` bytes are refused.

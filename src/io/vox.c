@@ -62,7 +62,7 @@ static fm_result describe(fm_reader *reader, const fm_vox_scene *scene) {
     if (scene->hidden_places && !reader->desc->include_hidden) {
         fm_reader_note(reader, "%u hidden placements left out", scene->hidden_places);
     }
-    return fm_reader_shape(reader, axes, 3);
+    return fm_reader_shape(reader, axes, 3, NULL);
 }
 
 static fm_result vox_open(fm_reader *reader) {
