@@ -5,7 +5,8 @@
 #include <string.h>
 #include <time.h>
 
-// Warming up lasts until both are reached, so that clocks have risen and pages have been touched.
+// Warming up lasts until both are reached, so that clocks have risen and pages have been touched; but no more than a tenth of the
+// time that a case has.
 enum { WARM_UP_RUNS = 2, WARM_UP_MS = 100 };
 enum { LEAST_RUNS = 3, MOST_COPY_RUNS = 7 };
 
@@ -38,7 +39,8 @@ static const char *time_runs(const bench_engine *engine, void *state, const benc
                              bench_result *result) {
     const double begin = now_ms();
     const char *failure = NULL;
-    for (int i = 0; !failure && (i < WARM_UP_RUNS || now_ms() - begin < WARM_UP_MS); i++) {
+    const double warm_up = limits->seconds * 100 < WARM_UP_MS ? limits->seconds * 100 : WARM_UP_MS;
+    for (int i = 0; !failure && (i < WARM_UP_RUNS || now_ms() - begin < warm_up); i++) {
         failure = engine->run(state);
     }
     const double first = now_ms();

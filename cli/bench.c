@@ -375,6 +375,7 @@ int command_bench(int argc, char **argv) {
             for (uint32_t i = 0; bench_engine_at(i); i++) {
                 printf("%-14s %s\n", bench_engine_at(i)->name, bench_engine_at(i)->description);
             }
+            status = CLI_DONE;
         } else {
             status = read_plan(&options, &plan) ? run(&plan) : CLI_USAGE;
         }

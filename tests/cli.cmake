@@ -1,0 +1,11 @@
+# The scenes, the benchmark's statistics, and the program as people meet it.
+
+fathom_test(scenes scenes_test.c)
+
+if(TARGET fathom_cli)
+    fathom_test(bench_stats scenes_bench_stats.c)
+    target_link_libraries(test_bench_stats PRIVATE fathom_bench)
+    foreach(name usage values files pipes signals json bench)
+        fathom_script_test(cli_${name} cli_${name}.sh $<TARGET_FILE:fathom_cli>)
+    endforeach()
+endif()

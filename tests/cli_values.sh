@@ -1,0 +1,59 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# Each option does what it says, on rows short enough to work out by hand.
+# shellcheck source=tests/cli_common.sh
+. "$(dirname "$0")/cli_common.sh"
+
+# The bytes 0 0 5 0 0 7 7: a row of seven voxels.
+printf '\000\000\005\000\000\007\007' >"$work/row.raw"
+
+# gives "NUMBERS" OD-TYPE ARGUMENTS...: the field of the row, written raw, has these elements.
+gives() {
+    numbers=$1
+    layout=$2
+    shift 2
+    ends 0 transform row.raw field.raw --shape 7,1,1 --input-type u8 --quiet "$@"
+    [ ! -s "$work/.out" ] || bad "--quiet printed: $(cat "$work/.out")"
+    got=$(od -An -v -w64 "-t$layout" "$work/field.raw" | tr -s ' ' | sed 's/^ //; s/ $//')
+    [ "$got" = "$numbers" ] || bad "got $got, not $numbers: $*"
+    rm -f "$work/field.raw" "$work/field.raw.txt"
+}
+
+gives '2 1 0 1 1 0 0' f4
+gives '2 1 0 1 1 0 0' u1 --type u8 --metric l1
+gives '2 1 0 1 1 0 0' u2 --type u16 --metric linf
+gives '4 1 0 1 1 0 0' u4 --type u32 --squared
+gives '4 1 0 1 1 0 0' u4 --type u32 --squared --algorithm brute-force
+gives '2 1 0 1 1 0 0' f4 --algorithm separable --threads 1
+gives '2 1 -1 1 1 -1 -1' d1 --type i8 --signed --metric l1
+gives '1 1 -1 1 1 -1 -2' d1 --type i8 --signed --metric l1 --outside solid
+gives '5 4 3 2 1 0 0' u1 --type u8 --metric l1 --threshold 6
+gives '5 4 3 2 1 0 0' u1 --type u8 --metric l1 --label 7
+gives '2 1 0 1 2 3 4' u1 --type u8 --metric l1 --label 5
+gives '2 2 2 2 1 0 0' u1 --type u8 --metric l1 --label 7 --max-distance 2
+gives '255 255 255 255 255 255 255' u1 --type u8 --metric l1 --label 99
+gives '3 3 3 3 3 3 3' u1 --type u8 --metric l1 --label 99 --max-distance 3
+gives '0 0 0 0 0 0 0' f4 --threshold 0
+gives '1 0.5 0 0.5 0.5 0 0' f4 --spacing 0.5,1,1
+gives '1 0.5 0 0.5 0.5 0 0' f4 --spacing 0.5,3,2
+
+# A grid three slices deep and wide, so that what lies outside is one step from its rim.
+head -c 27 /dev/zero >"$work/cube.raw"
+ends 0 transform cube.raw field.raw --shape 3,3,3 --input-type u8 --type u8 --metric l1 --outside solid
+[ "$(od -An -v -tu1 -w27 "$work/field.raw" | tr -s ' ' | sed 's/^ //')" = '1 1 1 1 1 1 1 1 1 1 1 1 1 2 1 1 1 1 1 1 1 1 1 1 1 1 1' ] ||
+    bad "--outside solid: $(od -An -v -tu1 -w27 "$work/field.raw")"
+
+# Indices of the nearest solid voxel, the lower one where two are equally near.
+ends 0 transform row.raw field.npy --shape 7,1,1 --input-type u8 --indices nearest.raw
+[ "$(od -An -v -tu4 -w28 "$work/nearest.raw" | tr -s ' ' | sed 's/^ //')" = '2 2 2 2 5 5 6' ] ||
+    bad "--indices: $(od -An -v -tu4 -w28 "$work/nearest.raw")"
+
+# The report names the passes; the file's own spacing is taken when asked for.
+ends 0 scene single one.npy --size 9,5,3
+ends 0 convert one.npy one.nrrd
+ends 0 transform one.nrrd field.nrrd --spacing file --slice slice.png
+grep -q '^total ' "$work/.out" || bad "no table of passes: $(cat "$work/.out")"
+grep -q '^backend: ' "$work/.out" || bad "no backend named"
+grep -q 'slice.png' "$work/.out" || bad "the slice is not named"
+head -c 8 "$work/slice.png" | od -An -tx1 | grep -q '89 50 4e 47 0d 0a 1a 0a' || bad "slice.png is no PNG"
+finish
