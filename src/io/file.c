@@ -97,6 +97,8 @@ static fm_result refuse_known(const fm_input *input, const uint8_t *head, size_t
          5, "compressed by xz: decompress it first"},
         {"\x28\xb5\x2f\xfd", 4, "compressed by zstd: decompress it first"},
         {"# vtk DataFile", 14, "a VTK file: convert it to .nrrd"},
+        {"\x1c\2\0\0", 4, "a NIfTI-2 file: convert it to NIfTI-1"},
+        {"\0\0\2\x1c", 4, "a NIfTI-2 file: convert it to NIfTI-1"},
         {"II*", 4, "a TIFF file: convert it to .npy"},
         {"MM\0*", 4, "a TIFF file: convert it to .npy"},
     };

@@ -121,10 +121,10 @@ static fm_result nifti_open(fm_reader *reader) {
     fm_dense *dense = &reader->dense;
     dense->type = types[row].type;
     uint64_t axes[7];
-    for (int i = 0; i < 7; i++) {
+    for (int i = 0; i < header.dim[0]; i++) {
         axes[i] = (uint64_t)header.dim[i + 1];
     }
-    FM_TRY(fm_reader_shape(reader, axes, 7, NULL));
+    FM_TRY(fm_reader_shape(reader, axes, (uint32_t)header.dim[0], NULL));
     FM_TRY(place(reader, &header));
     bool scales = isfinite(header.scl_slope) && isfinite(header.scl_inter) && header.scl_slope != 0;
     dense->scaled = scales && (header.scl_slope != 1 || header.scl_inter != 0);

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: MIT
+
+// Writes small valid files, a folder for each fuzz target, for the fuzzers to start from: `fuzz_seeds DIRECTORY`.
+
+#include "fathom/io.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+static bool write_bytes(const char *directory, const char *name, const void *data, size_t size) {
+    char path[1024];
+    snprintf(path, sizeof path, "%s/%s", directory, name);
+    FILE *file = fopen(path, "wb");
+    bool good = file && fwrite(data, 1, size, file) == size;
+    return file && fclose(file) == 0 && good;
+}
+
+static bool write_volume(const char *directory, const char *folder, const char *name, fm_type type, bool compress) {
+    char path[1024];
+    fm_volume *volume = NULL;
+    const fm_volume_desc desc = {.shape = {5, 3, 2}, .type = type, .storage = FM_STORAGE_HOST, .spacing = {1, 2, 0.5}};
+    if (fm_volume_create(NULL, &desc, &volume) != FM_OK) {
+        return false;
+    }
+    uint64_t bytes = 0;
+    fm_array_bytes(desc.shape, type, &bytes);
+    memset(fm_volume_data(volume), 3, (size_t)bytes);
+    const fm_write_desc options = {.compress = compress};
+    snprintf(path, sizeof path, "%s/%s/%s", directory, folder, name);
+    bool good = fm_file_write(path, volume, &options) == FM_OK;
+    snprintf(path, sizeof path, "%s/auto/%s", directory, name);
+    good = fm_file_write(path, volume, &options) == FM_OK && good;
+    fm_volume_destroy(volume);
+    return good;
+}
+
+// Strings keep their NULs, so sizes are given.
+#define WRITE(directory, name, text) write_bytes(directory, name, text, sizeof(text) - 1)
+
+static bool write_handmade(const char *directory) {
+    static const char octomap[] = "# Octomap OcTree binary file\nid OcTree\nsize 4\nres 0.5\ndata\n\x49\0";
+    static const char binvox[] = "#binvox 1\ndim 4 4 4\ntranslate -1 0 2\nscale 2\ndata\n\1\x20\0\x20";
+    static const char fortran[] = "\x93NUMPY\1\0\x40\0{'descr': '>i2', 'fortran_order': True, 'shape': (2, 3, 4), }   \n"
+                                  "0123456789012345678901234567890123456789abcdefgh";
+    static const char detached[] =
+        "NRRD0004\ntype: short\ndimension: 2\nsizes: 2 2\nencoding: raw\nendian: big\nspacings: 1 nan\nbyte skip: 1\n"
+        "line skip: 1\nkey:=value\n# remark\n\nskipped\nx01234567";
+    static const char scene[] = "VOX \x96\0\0\0MAIN\0\0\0\0\xe2\0\0\0"
+                                "SIZE\x0c\0\0\0\0\0\0\0\2\0\0\0\3\0\0\0\1\0\0\0"
+                                "XYZI\x08\0\0\0\0\0\0\0\1\0\0\0\1\2\0\7"
+                                "nTRN\x1c\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\1\0\0\0\xff\xff\xff\xff\0\0\0\0\1\0\0\0\0\0\0\0"
+                                "nGRP\x10\0\0\0\0\0\0\0\1\0\0\0\0\0\0\0\1\0\0\0\2\0\0\0"
+                                "nTRN\x35\0\0\0\0\0\0\0\2\0\0\0\0\0\0\0\3\0\0\0\xff\xff\xff\xff\0\0\0\0\1\0\0\0\2\0\0\0"
+                                "\2\0\0\0_r\2\0\0\0"
+                                "17"
+                                "\2\0\0\0_t\5\0\0\0"
+                                "1 2 3"
+                                "nSHP\x14\0\0\0\0\0\0\0\3\0\0\0\0\0\0\0\1\0\0\0\0\0\0\0\0\0\0\0";
+    static const char sidecar[] =
+        "fathom raw 1\nshape 16 16 16\ntype uint8\nbyte_order big\noffset 0\nspacing 1 1 1\norigin 0 0 0\n";
+    char folder[5][1024];
+    const char *const names[] = {"octomap", "binvox", "npy", "nrrd", "vox"};
+    for (int i = 0; i < 5; i++) {
+        snprintf(folder[i], sizeof folder[i], "%s/%s", directory, names[i]);
+    }
+    char raw[1024];
+    snprintf(raw, sizeof raw, "%s/raw", directory);
+    return WRITE(folder[0], "tree.bt", octomap) && WRITE(folder[1], "runs.binvox", binvox) &&
+           WRITE(folder[2], "fortran.npy", fortran) && WRITE(folder[3], "skips.nrrd", detached) &&
+           WRITE(folder[4], "scene.vox", scene) && WRITE(raw, "sidecar", sidecar);
+}
+
+int main(int argc, char **argv) {
+    static const char *const folders[] = {"auto", "npy", "raw", "nrrd", "nifti", "vox", "binvox", "octomap"};
+    if (argc != 2) {
+        fprintf(stderr, "usage: %s DIRECTORY\n", argv[0]);
+        return 2;
+    }
+    char path[1024];
+    mkdir(argv[1], 0777);
+    for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++) {
+        snprintf(path, sizeof path, "%s/%s", argv[1], folders[i]);
+        mkdir(path, 0777);
+    }
+    const char *d = argv[1];
+    bool good = write_volume(d, "npy", "a.npy", FM_TYPE_F32, false) && write_volume(d, "npy", "a.npy.gz", FM_TYPE_U16, false) &&
+                write_volume(d, "nrrd", "a.nrrd", FM_TYPE_U8, false) && write_volume(d, "nrrd", "b.nrrd", FM_TYPE_I16, true) &&
+                write_volume(d, "nifti", "a.nii", FM_TYPE_I16, false) && write_volume(d, "nifti", "a.nii.gz", FM_TYPE_F64, false) &&
+                write_volume(d, "vox", "a.vox", FM_TYPE_U8, false) && write_handmade(d);
+    if (!good) {
+        fprintf(stderr, "%s: %s\n", argv[1], fm_last_error());
+    }
+    return good ? 0 : 1;
+}
