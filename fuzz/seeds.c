@@ -39,19 +39,20 @@ static bool write_volume(const char *directory, const char *folder, const char *
 #define WRITE(directory, name, text) write_bytes(directory, name, text, sizeof(text) - 1)
 
 static bool write_handmade(const char *directory) {
-    static const char octomap[] = "# Octomap OcTree binary file\nid OcTree\nsize 4\nres 0.5\ndata\n\x49\0";
+    static const char octomap[] = "# Octomap OcTree binary file\nid OcTree\nsize 19\nres 0.5\ndata\n"
+                                  "\3\0\3\0\3\0\3\0\3\0\3\0\3\0\3\0\3\0\3\0\3\0\3\0\3\0\3\0\3\0\x49\0";
     static const char binvox[] = "#binvox 1\ndim 4 4 4\ntranslate -1 0 2\nscale 2\ndata\n\1\x20\0\x20";
-    static const char fortran[] = "\x93NUMPY\1\0\x40\0{'descr': '>i2', 'fortran_order': True, 'shape': (2, 3, 4), }   \n"
+    static const char fortran[] = "\x93NUMPY\1\0\x40\0{'descr': '>i2', 'fortran_order': True, 'shape': (2, 3, 4), }  \n"
                                   "0123456789012345678901234567890123456789abcdefgh";
     static const char detached[] =
         "NRRD0004\ntype: short\ndimension: 2\nsizes: 2 2\nencoding: raw\nendian: big\nspacings: 1 nan\nbyte skip: 1\n"
         "line skip: 1\nkey:=value\n# remark\n\nskipped\nx01234567";
-    static const char scene[] = "VOX \x96\0\0\0MAIN\0\0\0\0\xe2\0\0\0"
+    static const char scene[] = "VOX \x96\0\0\0MAIN\0\0\0\0\xd3\0\0\0"
                                 "SIZE\x0c\0\0\0\0\0\0\0\2\0\0\0\3\0\0\0\1\0\0\0"
                                 "XYZI\x08\0\0\0\0\0\0\0\1\0\0\0\1\2\0\7"
                                 "nTRN\x1c\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\1\0\0\0\xff\xff\xff\xff\0\0\0\0\1\0\0\0\0\0\0\0"
                                 "nGRP\x10\0\0\0\0\0\0\0\1\0\0\0\0\0\0\0\1\0\0\0\2\0\0\0"
-                                "nTRN\x35\0\0\0\0\0\0\0\2\0\0\0\0\0\0\0\3\0\0\0\xff\xff\xff\xff\0\0\0\0\1\0\0\0\2\0\0\0"
+                                "nTRN\x37\0\0\0\0\0\0\0\2\0\0\0\0\0\0\0\3\0\0\0\xff\xff\xff\xff\0\0\0\0\1\0\0\0\2\0\0\0"
                                 "\2\0\0\0_r\2\0\0\0"
                                 "17"
                                 "\2\0\0\0_t\5\0\0\0"
