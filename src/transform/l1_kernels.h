@@ -9,7 +9,7 @@ enum { W(LANES) = VECTOR_BYTES / sizeof(LANE) };
 static inline void W(row)(LANE *row, ptrdiff_t count) {
     const ptrdiff_t lanes = W(LANES);
     const vector none = V(set)(NONE);
-    for (ptrdiff_t s = 1; s < count && s < NONE; s *= 2) {
+    for (ptrdiff_t s = 1; s <= count && s < NONE; s *= 2) {
         const vector step = V(set)((LANE)s);
         bool open = false;
         for (ptrdiff_t x = 0; x < count; x += lanes) {

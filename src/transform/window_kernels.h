@@ -13,7 +13,7 @@ static inline vector W(reach)(vector field, vector step, bool linf) {
 }
 
 // One column of vectors, `stride` elements from row to row; FM_WINDOW_BLOCK rows of NONE lie before and after `field`.
-static void __attribute__((noinline)) W(columns)(const uint32_t *steps, uint32_t count, const LANE *field, const LANE *block, const LANE *before,
+static inline void W(columns)(const uint32_t *steps, uint32_t count, const LANE *field, const LANE *block, const LANE *before,
                               const LANE *after, LANE *out, size_t out_stride, bool linf) {
     const ptrdiff_t lanes = W(LANES);
     for (ptrdiff_t row = 0; row < (ptrdiff_t)count; row++) {
@@ -49,7 +49,7 @@ static void __attribute__((noinline)) W(columns)(const uint32_t *steps, uint32_t
 }
 
 // The cheapest of FM_WINDOW_BLOCK rows from each row on, and of all rows up to and from each row.
-static void __attribute__((noinline)) W(summarise)(uint32_t count, LANE *field, LANE *block, LANE *before, LANE *after) {
+static inline void W(summarise)(uint32_t count, LANE *field, LANE *block, LANE *before, LANE *after) {
     const ptrdiff_t lanes = W(LANES);
     const vector none = V(set)(NONE);
     for (ptrdiff_t i = 1; i <= FM_WINDOW_BLOCK; i++) {
@@ -87,7 +87,7 @@ static void __attribute__((noinline)) W(summarise)(uint32_t count, LANE *field, 
 }
 
 // A row of a slice, FM_KERNEL_PAD elements of NONE around it.
-static void __attribute__((noinline)) W(row)(const uint32_t *steps, uint32_t count, const LANE *field, LANE *block, LANE *out, bool linf) {
+static inline void W(row)(const uint32_t *steps, uint32_t count, const LANE *field, LANE *block, LANE *out, bool linf) {
     const ptrdiff_t lanes = W(LANES);
     for (ptrdiff_t x = -FM_KERNEL_PAD + lanes; x < (ptrdiff_t)count + lanes; x += lanes) {
         vector least = V(min)(load(field + x), load(field + x + 1));
@@ -155,7 +155,7 @@ static W(buffers) W(buffers_of)(const fm_kernel_job *job, uint32_t worker) {
 }
 
 // Applies the border to a finished row; returns whether a lane is NONE.
-static bool __attribute__((noinline)) W(close_row)(const fm_kernel_job *job, const W(buffers) * buffers, uint64_t row, bool linf) {
+static inline bool W(close_row)(const fm_kernel_job *job, const W(buffers) * buffers, uint64_t row, bool linf) {
     const fm_shape shape = job->plan->shape;
     const uint32_t steps =
         fm_steps_least(fm_steps_out((uint32_t)(row % shape.y), shape.y), fm_steps_out((uint32_t)(row / shape.y), shape.z));

@@ -1,0 +1,1 @@
+fathom_test(transform_oracle transform_oracle.c cases.c)
