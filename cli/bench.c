@@ -302,7 +302,7 @@ static void add_options(cli_args *args, bench_args *a) {
     a->samples = cli_add(args, arg_str0(NULL, "samples", "N", "voxels of each result that are checked; default 4000"));
     a->seed = cli_add(args, arg_str0(NULL, "seed", "S", "of the scenes; default 0"));
     a->density = cli_add(args, arg_str0(NULL, "density", "D", "of the sparse scene; default 0.001"));
-    a->csv = cli_add(args, arg_str0(NULL, "csv", "FILE", "write a row a case and engine"));
+    a->csv = cli_add(args, arg_str0(NULL, "csv", "FILE", "write a row a case and engine, each when it is measured"));
     a->passes = cli_add(args, arg_str0(NULL, "passes", "FILE", "write a CSV row a pass"));
     a->json = cli_add(args, arg_str0(NULL, "json", "FILE", "write everything as JSON"));
     a->list = cli_add(args, arg_lit0(NULL, "list-engines", "list the engines"));

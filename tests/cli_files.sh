@@ -51,7 +51,7 @@ ends 1 transform nan.raw out.npy --shape 3,1,1 --input-type f32
 says 'NaN'
 ends 1 transform nan.raw out.npy --shape 3,1,1 --input-type f32 --label 1
 ends 1 transform a.npy out.npy --device 'no such device'
-says 'no such device'
+says 'no such device\|no Vulkan backend'
 ends 1 transform a.npy out.npy --backend vulkan --device 99
 ends 2 slice a.npy out.png --index 24
 holds a.npy nan.raw row.npy short.npy some.raw text.npy
