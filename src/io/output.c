@@ -148,7 +148,7 @@ static fm_result open_target(fm_output *output) {
         output->fd = open(output->target, O_WRONLY | O_CLOEXEC | O_NOCTTY);
         return output->fd < 0 ? output_error(output, "write", errno) : FM_OK;
     }
-    if (access(output->target, W_OK) != 0) {
+    if (faccessat(AT_FDCWD, output->target, W_OK, AT_EACCESS) != 0) {
         return output_error(output, "write", errno);
     }
     FM_TRY(resolve_link(output));

@@ -9,6 +9,7 @@
 
 // What libpng's callbacks share. A message that is set already (by the output or the allocator) is the better one.
 typedef struct png_sink {
+    const fm_allocator *allocator;
     fm_output *output;
     fm_result result;
 } png_sink;
@@ -38,13 +39,19 @@ static void on_flush(png_structp png) {
     (void)png;
 }
 
-// libpng reports a failed allocation by an error or by NULL, as it sees fit.
+// libpng reports a failed allocation by an error of its own or by NULL, as it sees fit.
 static png_voidp on_alloc(png_structp png, png_alloc_size_t size) {
-    return fm_sized_alloc(png_get_mem_ptr(png), size);
+    png_sink *sink = png_get_mem_ptr(png);
+    void *memory = fm_sized_alloc(sink->allocator, size);
+    if (!memory) {
+        sink->result = FM_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    return memory;
 }
 
 static void on_free(png_structp png, png_voidp memory) {
-    fm_sized_free(png_get_mem_ptr(png), memory);
+    const png_sink *sink = png_get_mem_ptr(png);
+    fm_sized_free(sink->allocator, memory);
 }
 
 // The only function with a setjmp: its locals do not change after it.
@@ -67,12 +74,11 @@ static fm_result encode(png_structp png, png_infop info, png_sink *sink, const f
 }
 
 fm_result fm_picture_write(const fm_allocator *allocator, const char *path, const fm_picture *picture) {
-    png_sink sink = {0};
+    png_sink sink = {.allocator = allocator};
     FM_TRY(fm_output_open(allocator, path, false, &sink.output));
     // A failure without a message of its own can only be one of memory.
     fm_result result = FM_ERROR_OUT_OF_HOST_MEMORY;
-    png_structp png = png_create_write_struct_2(PNG_LIBPNG_VER_STRING, &sink, on_error, on_warning, (void *)(uintptr_t)allocator,
-                                                on_alloc, on_free);
+    png_structp png = png_create_write_struct_2(PNG_LIBPNG_VER_STRING, &sink, on_error, on_warning, &sink, on_alloc, on_free);
     png_infop info = png ? png_create_info_struct(png) : NULL;
     if (info) {
         result = encode(png, info, &sink, picture);
