@@ -1,1 +1,2 @@
+fathom_test(transform_args transform_args.c)
 fathom_test(transform_oracle transform_oracle.c cases.c)
