@@ -36,7 +36,7 @@ void report_passes(FILE *stream, const fm_pass *passes, uint32_t count) {
     fprintf(stream, "%-*s %12s %10s %10s\n", (int)width, "pass", "ms", "GB moved", "GB/s");
     for (uint32_t i = 0; i <= count; i++) {
         const fm_pass *pass = i < count ? &passes[i] : &total;
-        fprintf(stream, "%-*s %12.3f %10.3f ", (int)width, pass->name, pass->milliseconds, (double)pass->bytes * 1e-9);
+        fprintf(stream, "%-*s %12.3f %10.4g ", (int)width, pass->name, pass->milliseconds, (double)pass->bytes * 1e-9);
         if (pass->milliseconds > 0) {
             fprintf(stream, "%10.1f\n", (double)pass->bytes * 1e-6 / pass->milliseconds);
         } else {
