@@ -9,7 +9,7 @@ seconds=${1:?usage: fuzz/run.sh SECONDS [TARGET...]}
 shift
 cd "$(dirname "$0")/.."
 build=build/fuzz
-targets=${*:-auto npy raw nrrd nifti vox binvox octomap}
+targets=${*:-auto npy raw nrrd nifti vox binvox octomap 3dmap vxl}
 
 CC=clang cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DFATHOM_FUZZ=ON \
     -DFATHOM_SANITIZE=address,undefined -DFATHOM_VULKAN=OFF -DFATHOM_CLI=OFF -DFATHOM_TESTS=OFF >"$build.log" 2>&1 ||
@@ -27,7 +27,10 @@ status=0
 for target in $targets; do
     mkdir -p "$build/corpus/$target"
     echo "fuzz_$target: $seconds s"
-    if ! "$build/fuzz/fuzz_$target" -max_total_time="$seconds" -max_len=4096 -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \
+    # The smallest map has a span for each of its columns.
+    longest=4096
+    [ "$target" != vxl ] || longest=2200000
+    if ! "$build/fuzz/fuzz_$target" -max_total_time="$seconds" -max_len="$longest" -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \
         -artifact_prefix="$build/found/$target-" "$build/corpus/$target" "$build/seeds/$target" >"$build/$target.log" 2>&1; then
         tail -40 "$build/$target.log"
         echo "fuzz_$target: failed, see $build/$target.log"

@@ -58,6 +58,7 @@ static bool write_handmade(const char *directory) {
                                 "\2\0\0\0_t\5\0\0\0"
                                 "1 2 3"
                                 "nSHP\x14\0\0\0\0\0\0\0\3\0\0\0\0\0\0\0\1\0\0\0\0\0\0\0\0\0\0\0";
+    static const char map[] = "voxel 4 5 6\n0 0 0\n3 4 5\n";
     static const char sidecar[] =
         "fathom raw 1\nshape 16 16 16\ntype uint8\nbyte_order big\noffset 0\nspacing 1 1 1\norigin 0 0 0\n";
     char folder[5][1024];
@@ -67,13 +68,27 @@ static bool write_handmade(const char *directory) {
     }
     char raw[1024];
     snprintf(raw, sizeof raw, "%s/raw", directory);
+    char text[1024];
+    snprintf(text, sizeof text, "%s/3dmap", directory);
     return WRITE(folder[0], "tree.bt", octomap) && WRITE(folder[1], "runs.binvox", binvox) &&
            WRITE(folder[2], "fortran.npy", fortran) && WRITE(folder[3], "skips.nrrd", detached) &&
-           WRITE(folder[4], "scene.vox", scene) && WRITE(raw, "sidecar", sidecar);
+           WRITE(folder[4], "scene.vox", scene) && WRITE(raw, "sidecar", sidecar) && WRITE(text, "map.3dmap", map);
+}
+
+// A map has no smaller form: one span for each of its columns.
+static bool write_vxl(const char *directory) {
+    static uint8_t map[512 * 512 * 8];
+    char folder[1024];
+    for (size_t i = 0; i < sizeof map; i += 8) {
+        // One coloured voxel on top, and its colour.
+        map[i + 1] = map[i + 2] = (uint8_t)(i / 8 % 64);
+    }
+    snprintf(folder, sizeof folder, "%s/vxl", directory);
+    return write_bytes(folder, "map.vxl", map, sizeof map);
 }
 
 int main(int argc, char **argv) {
-    static const char *const folders[] = {"auto", "npy", "raw", "nrrd", "nifti", "vox", "binvox", "octomap"};
+    static const char *const folders[] = {"auto", "npy", "raw", "nrrd", "nifti", "vox", "binvox", "octomap", "3dmap", "vxl"};
     if (argc != 2) {
         fprintf(stderr, "usage: %s DIRECTORY\n", argv[0]);
         return 2;
@@ -88,7 +103,7 @@ int main(int argc, char **argv) {
     bool good = write_volume(d, "npy", "a.npy", FM_TYPE_F32, false) && write_volume(d, "npy", "a.npy.gz", FM_TYPE_U16, false) &&
                 write_volume(d, "nrrd", "a.nrrd", FM_TYPE_U8, false) && write_volume(d, "nrrd", "b.nrrd", FM_TYPE_I16, true) &&
                 write_volume(d, "nifti", "a.nii", FM_TYPE_I16, false) && write_volume(d, "nifti", "a.nii.gz", FM_TYPE_F64, false) &&
-                write_volume(d, "vox", "a.vox", FM_TYPE_U8, false) && write_handmade(d);
+                write_volume(d, "vox", "a.vox", FM_TYPE_U8, false) && write_handmade(d) && write_vxl(d);
     if (!good) {
         fprintf(stderr, "%s: %s\n", argv[1], fm_last_error());
     }

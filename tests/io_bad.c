@@ -115,6 +115,15 @@ static const bad_row rows[] = {
     {"i.binvox", TEXT("#binvox 1\ndim 2000000 2000000 2000000\ndata\n\1\x40"), FM_ERROR_FORMAT, "truncated or its header wrong"},
     {"j.binvox", TEXT("#binvox 1\ndim 4 4 4\nscale -1\ndata\n\1\x40"), FM_ERROR_FORMAT, "spacing"},
 
+    {"a.3dmap", TEXT("voxel 4 4\n"), FM_ERROR_FORMAT, "voxel X Y Z"},
+    {"b.3dmap", TEXT("voxel 4 4 4\n1 2 4\n"), FM_ERROR_FORMAT, "1 2 4"},
+    {"c.3dmap", TEXT("voxel 4 4 4\n1 2 -3\n"), FM_ERROR_FORMAT, "1 2 -3"},
+    {"d.3dmap", TEXT("voxel 4 4 4\n1 2 3 4\n"), FM_ERROR_FORMAT, "1 2 3 4"},
+    {"e.3dmap", TEXT("voxel 0 4 4\n"), FM_ERROR_FORMAT, "every axis"},
+    {"f.3dmap", TEXT("voxel 2000000 2000000 4\n"), FM_ERROR_RANGE, "over the limit"},
+    {"g.3dmap", TEXT("voxel 2000000000 2000000000 2000000000\n"), FM_ERROR_RANGE, "63 bits"},
+    {"a.vxl", TEXT("\0\1\1\0cccc"), FM_ERROR_FORMAT, "a.vxl"},
+
     {"a.bt", TEXT(BT_HEAD "data\n"), FM_ERROR_FORMAT, "lacks a line"},
     {"b.bt", TEXT(BT_HEAD "size 9\nres 0.1\ndata\n\3"), FM_ERROR_FORMAT, "cut off"},
     {"c.bt", TEXT(BT_HEAD "size 9\nres 0.1\ndata\n\2\0"), FM_ERROR_FORMAT, "claims 9 nodes"},

@@ -34,6 +34,8 @@ static const volume_row volumes[] = {
     {"volumes/freiburg_geb079_487x187x39_u8.raw.gz", FM_FORMAT_RAW, {487, 187, 39}, FM_TYPE_U8, 0, 2, 950759 + 185673},
     {"volumes/ct_aorta_120x126x164_i16.raw.gz", FM_FORMAT_RAW, {120, 126, 164}, FM_TYPE_I16, -1078, 3343, 0},
     {"volumes/ct_aorta_mask_120x126x164_u8.raw.gz", FM_FORMAT_RAW, {120, 126, 164}, FM_TYPE_U8, 0, 1, 0},
+    {"voxels/mesa.vxl", FM_FORMAT_VXL, {512, 512, 64}, FM_TYPE_U8, 0, 1, 0},
+    {"voxels/warframe_Full1.3dmap", FM_FORMAT_3DMAP, {659, 549, 624}, FM_TYPE_U8, 0, 1, 310049},
     {"volumes/etopo5_asia_1024x1024_i16.raw.gz", FM_FORMAT_RAW, {1024, 1024, 1}, FM_TYPE_I16, -9394, 7833, 0},
 };
 
@@ -108,6 +110,15 @@ static void octomap_equals_raw(void) {
     fm_volume_destroy(raw);
 }
 
+static void vxl_equals_raw(void) {
+    fm_volume *map = NULL, *raw = NULL;
+    CHECK_OK(fm_file_read(NULL, data_path("voxels/mesa.vxl"), NULL, &map, NULL));
+    CHECK_OK(fm_file_read(NULL, data_path("voxels/mesa_512x512x64_u8.raw.gz"), NULL, &raw, NULL));
+    CHECK(map && raw && io_same(raw, map));
+    fm_volume_destroy(map);
+    fm_volume_destroy(raw);
+}
+
 static void study(bool hidden) {
     const fm_read_desc desc = {.include_hidden = hidden};
     fm_volume *volume = NULL;
@@ -156,6 +167,7 @@ int main(void) {
     }
     minecraft();
     octomap_equals_raw();
+    vxl_equals_raw();
     study(false);
     study(true);
     fm_file_info info;

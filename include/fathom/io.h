@@ -23,14 +23,16 @@ typedef enum fm_format {
     FM_FORMAT_VOX,       // MagicaVoxel .vox: read and write
     FM_FORMAT_BINVOX,    // .binvox: read
     FM_FORMAT_OCTOMAP,   // OctoMap binary tree .bt: read
+    FM_FORMAT_3DMAP,     // text map of the 3D voxel benchmarks for path finding, .3dmap: read
+    FM_FORMAT_VXL,       // Ace of Spades map .vxl of 512 x 512 x 64, known by its name only: read
 } fm_format;
 
 // Name as people write it ("npy", "raw", "NRRD"). Never NULL. Thread-safe.
 FM_API const char *fm_format_name(fm_format format);
 
-// Told how much has been read or written, of how much: bytes of elements for the dense formats, voxels or bytes for the sparse ones.
-// Called on the calling thread at the start, after each piece of a few MiB and at the end. Returns false to cancel the call, which
-// then fails with FM_ERROR_IO and the message "cancelled".
+// Told how much has been read or written, of how much: bytes of elements for the dense formats, something that rises as evenly for
+// the sparse ones. Called on the calling thread at the start, after each piece of a few MiB and at the end. Returns false to cancel
+// the call, which then fails with FM_ERROR_IO and the message "cancelled".
 typedef bool (*fm_progress_fn)(void *user, uint64_t done, uint64_t total);
 
 typedef struct fm_read_desc {
@@ -48,8 +50,8 @@ typedef struct fm_read_desc {
 
     // A volume of more bytes than this is refused with FM_ERROR_RANGE before memory is taken for it. 0: 16 GiB for the sparse
     // formats
-    // (.vox, .binvox, .bt), whose files may be tiny beside the grid, and no limit for the others, whose size is checked against
-    // the file's.
+    // (.vox, .binvox, .bt, .3dmap), whose files may be tiny beside the grid, and no limit for the others, whose size is checked
+    // against the file's.
     uint64_t max_bytes;
 
     fm_progress_fn progress;  // NULL: nobody is told
@@ -85,12 +87,12 @@ FM_API fm_result fm_file_probe(const char *path, const fm_read_desc *desc, fm_fi
 // gets what fm_file_probe tells) may be NULL.
 //
 // Elements keep their type and value. Exceptions: NumPy and NRRD booleans become U8; NIfTI files with a scale other than
-// identity become F32; .vox becomes U8 colour indices, 0 empty, with the palette; .binvox becomes U8, 0 or 1; .bt becomes U8,
-// 0 unknown, 1 free, 2 occupied, so that FM_SELECT_THRESHOLD with 2 selects what is occupied.
-// Arrays of fewer than three axes get leading axes of 1: (X) is a row, (Y, X) one slice. Axes of 1 beyond three are dropped.
-// .vox scenes are placed by MagicaVoxel's rule: a model turns about its voxel size / 2, rounded down; where models overlap the one
-// that is later in the scene stays. The volume covers the boxes of all placed models; its origin is the lowest corner's position.
-// .bt volumes cover the known part of the tree.
+// identity become F32; .vox becomes U8 colour indices, 0 empty, with the palette; .binvox, .3dmap and .vxl become U8, 0 or 1; .bt
+// becomes U8, 0 unknown, 1 free, 2 occupied, so that FM_SELECT_THRESHOLD with 2 selects what is occupied. Arrays of fewer than
+// three axes get leading axes of 1: (X) is a row, (Y, X) one slice. Axes of 1 beyond three are dropped. .vox scenes are placed by
+// MagicaVoxel's rule: a model turns about its voxel size / 2, rounded down; where models overlap the one that is later in the scene
+// stays. The volume covers the boxes of all placed models; its origin is the lowest corner's position. .bt volumes cover the known
+// part of the tree.
 //
 // Errors: FM_ERROR_IO, FM_ERROR_FORMAT, FM_ERROR_UNSUPPORTED, FM_ERROR_RANGE (see `max_bytes`), FM_ERROR_OUT_OF_HOST_MEMORY,
 // FM_ERROR_INVALID_ARGUMENT. Thread safety: as the context. Sources: NumPy NEP 1; teem.sourceforge.net/nrrd/format.html; nifti1.h;

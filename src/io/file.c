@@ -9,7 +9,8 @@
 #include <strings.h>
 
 static const fm_codec *const codecs[] = {
-    &fm_codec_npy, &fm_codec_raw, &fm_codec_nrrd, &fm_codec_nifti, &fm_codec_vox, &fm_codec_binvox, &fm_codec_octomap,
+    &fm_codec_npy,    &fm_codec_raw,     &fm_codec_nrrd,     &fm_codec_nifti, &fm_codec_vox,
+    &fm_codec_binvox, &fm_codec_octomap, &fm_codec_voxelmap, &fm_codec_vxl,
 };
 enum { CODEC_COUNT = sizeof codecs / sizeof codecs[0] };
 
@@ -128,18 +129,19 @@ static fm_result choose_codec(fm_reader *reader, const fm_codec **chosen) {
             *chosen = codecs[i]->matches(head, size) ? codecs[i] : NULL;
         }
         const fm_codec *named = reader->path ? codec_by_name(reader->path) : NULL;
-        if (!*chosen && named != &fm_codec_raw) {
+        if (!*chosen && !(named && named->no_magic)) {
             FM_TRY(refuse_known(reader->input, head, size));
         }
         *chosen = *chosen ? *chosen : named;
         if (!*chosen) {
-            return fm_input_fail(reader->input, FM_ERROR_FORMAT,
-                                 size == 0 ? "is empty"
-                                           : "is of no known format: .npy, .nrrd, .nii, .vox, .binvox, .bt and raw are read; "
-                                             "for a raw file give the shape");
+            return fm_input_fail(
+                reader->input, FM_ERROR_FORMAT,
+                size == 0 ? "is empty"
+                          : "is of no known format: .npy, .nrrd, .nii, .vox, .binvox, .bt, .3dmap, .vxl and raw are read; "
+                            "for a raw file give the shape");
         }
     }
-    if (*chosen != &fm_codec_raw && !(*chosen)->matches(head, size)) {
+    if (!(*chosen)->no_magic && !(*chosen)->matches(head, size)) {
         return fm_input_fail(reader->input, FM_ERROR_FORMAT, "is no %s file: it does not begin as one", (*chosen)->name);
     }
     return FM_OK;

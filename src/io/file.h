@@ -48,6 +48,7 @@ typedef struct fm_codec {
     fm_format format;
     const char *name;
     const char *const *extensions;  // with the dot, lower case; ends with NULL
+    bool no_magic;                  // any bytes may be a file of this format
     bool (*matches)(const uint8_t *head, size_t size);
     // Parses the header and fills `info` but for format, file_bytes, bytes and compressed. Leaves the input at the first element,
     // or keeps what it needs in `state`.
@@ -64,6 +65,8 @@ extern const fm_codec fm_codec_nifti;
 extern const fm_codec fm_codec_vox;
 extern const fm_codec fm_codec_binvox;
 extern const fm_codec fm_codec_octomap;
+extern const fm_codec fm_codec_voxelmap;
+extern const fm_codec fm_codec_vxl;
 
 // Reads from an input that is open already and stays the caller's; `path` is for formats that look beside the file, NULL where
 // there is nothing beside.

@@ -260,6 +260,7 @@ const fm_codec fm_codec_raw = {
     .format = FM_FORMAT_RAW,
     .name = "raw",
     .extensions = extensions,
+    .no_magic = true,
     .matches = raw_matches,
     .open = raw_open,
     .load = fm_dense_load,
