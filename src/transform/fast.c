@@ -4,6 +4,8 @@
 #include "transform/kernels.h"
 #include "transform/separable.h"
 
+#include <string.h>
+
 enum {
     STEPS_SLACK = 128,     // entries of the step tables beyond the longest axis: a block and a vector
     L2_CACHE = 512 << 10,  // bytes of a worker's tile of columns
@@ -110,15 +112,17 @@ uint64_t fm_kernels_scratch_bytes(const fm_context *context, const fm_plan *plan
     if (plan->metric == FM_METRIC_L1) {
         return l1_middle_bytes(plan) + threads * l1_worker_bytes(plan);
     }
-    return 2 * steps_count(plan) * sizeof(uint32_t) + window_middle_bytes(plan) + threads * window_worker_bytes(plan);
+    const uint64_t small = 3 * steps_count(plan) + threads * FM_WIDTHS_STRIDE;
+    return small * sizeof(uint32_t) + window_middle_bytes(plan) + threads * window_worker_bytes(plan);
 }
 
-static void fill_steps(const fm_plan *plan, uint32_t *narrow, uint32_t *wide) {
+static void fill_steps(const fm_plan *plan, const fm_kernel_job *job) {
     const uint64_t count = steps_count(plan);
     for (uint64_t k = 0; k < count; k++) {
         const uint64_t cost = plan->metric == FM_METRIC_L2 ? k * k : k;
-        narrow[k] = (uint32_t)fm_min_u64(cost, UINT16_MAX) * 0x10001u;
-        wide[k] = (uint32_t)fm_min_u64(cost, FM_WIDE_NONE);
+        job->steps_u15[k] = (uint32_t)fm_min_u64(cost, INT16_MAX) * 0x10001u;
+        job->steps_u16[k] = (uint32_t)fm_min_u64(cost, UINT16_MAX) * 0x10001u;
+        job->steps_u32[k] = (uint32_t)fm_min_u64(cost, FM_WIDE_NONE);
     }
 }
 
@@ -158,10 +162,14 @@ void fm_kernels_transform(fm_context *context, const fm_plan *plan, const fm_sit
     } else {
         job.middle = next;
         next += window_middle_bytes(plan);
-        job.steps_narrow = (uint32_t *)(void *)next;
-        job.steps_wide = job.steps_narrow + steps_count(plan);
-        next += 2 * steps_count(plan) * sizeof(uint32_t);
-        fill_steps(plan, job.steps_narrow, job.steps_wide);
+        job.steps_u15 = (uint32_t *)(void *)next;
+        job.steps_u16 = job.steps_u15 + steps_count(plan);
+        job.steps_u32 = job.steps_u16 + steps_count(plan);
+        job.widths = job.steps_u32 + steps_count(plan);
+        fill_steps(plan, &job);
+        const uint64_t widths = (uint64_t)fm_pool_threads(context->pool) * FM_WIDTHS_STRIDE;
+        memset(job.widths, 0, widths * sizeof(uint32_t));
+        next = (uint8_t *)(job.widths + widths);
         job.depth_words = z_depth_words(plan);
         job.worker_bytes = window_worker_bytes(plan);
     }

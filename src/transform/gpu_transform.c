@@ -13,8 +13,7 @@ enum {
     ENCODE_THREADS = 256,
     SEARCH_THREADS = 64,
     ENVELOPE_ROWS = 16,
-    // Words of shared memory a segment and lane of envelope.comp: its rows, the gap, and three numbers.
-    ENVELOPE_WORDS = ENVELOPE_ROWS + 1 + 3,
+    PARABOLA_ROWS = 16,
     MAX_SLABS = 16,
     SLAB_STEP = 32,  // voxels; keeps the rows of a slab's raw distances aligned
 };
@@ -119,20 +118,32 @@ static bool plan_scan(const transform_job *job, uint32_t n, column_pass *pass) {
     return false;
 }
 
+// The general kernels: columns in shared memory, or where they are too long for that, a search in device memory.
+static void plan_columns_of(const transform_job *job, uint32_t n, uint32_t rows, fm_kernel kernel, fm_kernel otherwise,
+                            column_pass *pass) {
+    uint32_t segments = (uint32_t)fm_div_up(n, rows);
+    // A lane and segment: its rows, the gap, and three numbers; a lane: a bit a row.
+    uint64_t lane_bytes = 4 * ((uint64_t)segments * (rows + 1 + 3) + fm_div_up((uint64_t)segments * rows, 32));
+    uint64_t lanes = fm_min_u64(job->device.max_workgroup / segments, job->device.shared_memory / lane_bytes);
+    if (lanes > 0) {
+        uint32_t used = floor_power_of_two(fm_min_u64(lanes, 32));
+        *pass = (column_pass){kernel, used, segments, rows, used, n};
+    } else {
+        *pass = (column_pass){otherwise, SEARCH_THREADS, 1, 1, SEARCH_THREADS, 1};
+    }
+}
+
 static void plan_column(const transform_job *job, uint32_t n, column_pass *pass) {
     const fm_plan *plan = job->plan;
     if (job->scan && plan_scan(job, n, pass)) {
         return;
     }
-    bool floats = plan->weighted || plan->greatest < (1u << 24);
-    uint32_t segments = (uint32_t)fm_div_up(n, ENVELOPE_ROWS);
-    uint64_t lanes =
-        fm_min_u64(job->device.max_workgroup / segments, job->device.shared_memory / (4 * ENVELOPE_WORDS * (uint64_t)segments));
-    if (lanes > 0) {
-        uint32_t used = floor_power_of_two(fm_min_u64(lanes, 32));
-        *pass = (column_pass){floats ? FM_KERNEL_ENVELOPE_F32 : FM_KERNEL_ENVELOPE_U32, used, segments, ENVELOPE_ROWS, used, n};
+    if (plan->metric == FM_METRIC_L2 && !plan->weighted) {
+        plan_columns_of(job, n, PARABOLA_ROWS, FM_KERNEL_PARABOLA, FM_KERNEL_SEARCH_U32, pass);
+    } else if (plan->weighted || plan->greatest < (1u << 24)) {
+        plan_columns_of(job, n, ENVELOPE_ROWS, FM_KERNEL_ENVELOPE_F32, FM_KERNEL_SEARCH_F32, pass);
     } else {
-        *pass = (column_pass){floats ? FM_KERNEL_SEARCH_F32 : FM_KERNEL_SEARCH_U32, SEARCH_THREADS, 1, 1, SEARCH_THREADS, 1};
+        plan_columns_of(job, n, ENVELOPE_ROWS, FM_KERNEL_ENVELOPE_U32, FM_KERNEL_SEARCH_U32, pass);
     }
 }
 
@@ -265,7 +276,8 @@ static fm_result run_column(transform_job *job, const column_pass *pass, bool al
                             finishes && plan->squared,
                             finishes && border,
                             finishes ? type : 0,
-                            finishes && sites ? plan->index_type : 0};
+                            finishes && sites ? plan->index_type : 0,
+                            plan->greatest >= (1u << 24)};
     uint64_t slices = along_z ? plan->shape.y : plan->shape.z;
     uint64_t n = along_z ? plan->shape.z : plan->shape.y;
     uint64_t tiles = fm_div_up(job->column.x_end - job->column.x_begin, pass->tile);

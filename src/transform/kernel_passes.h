@@ -142,16 +142,36 @@ DEFINE_FINISH(finish_u32, uint32_t, false)
 #define CLEAR_WHERE clear_where_u16
 #define l1_u16_finish finish_u16
 #include "transform/l1_kernels.h"
+#undef NONE
 #undef W
+#undef V
 #undef CLEAR_WHERE
 
-// The first pass's share of a narrow sum. Squares of more than 255 steps cannot be told from none: 16 bits did not hold the slice.
+// The first pass's share of a sum. What the lanes do not hold cannot be told from none: plane_runs takes wider ones then.
+static inline uint16_t window_u15_first(uint16_t steps, bool linf) {
+    return linf ? (steps > INT16_MAX ? INT16_MAX : steps) : steps > 181 ? INT16_MAX : (uint16_t)(steps * steps);
+}
+
 static inline uint16_t window_u16_first(uint16_t steps, bool linf) {
     return linf ? steps : steps > 255 ? UINT16_MAX : (uint16_t)(steps * steps);
 }
 
+// 15 bits: a sum of two cannot overflow, and processors add without saturating twice as fast.
+#define NONE INT16_MAX
+#define W(name) window_u15_##name
+#define V(name) name##_u15
+#define STEPS(job) ((job)->steps_u15)
+#define window_u15_finish finish_u16
+#include "transform/window_kernels.h"
+#undef NONE
+#undef W
+#undef V
+#undef STEPS
+
+#define NONE UINT16_MAX
 #define W(name) window_u16_##name
-#define STEPS(job) ((job)->steps_narrow)
+#define V(name) name##_u16
+#define STEPS(job) ((job)->steps_u16)
 #define window_u16_finish finish_u16
 #include "transform/window_kernels.h"
 #undef LANE
@@ -168,16 +188,26 @@ static inline uint32_t window_u32_first(uint16_t steps, bool linf) {
 #define NONE FM_WIDE_NONE
 #define W(name) window_u32_##name
 #define V(name) name##_u32
-#define STEPS(job) ((job)->steps_wide)
+#define STEPS(job) ((job)->steps_u32)
 #define window_u32_finish finish_u32
 #include "transform/window_kernels.h"
 
-// Slices that 16 bits do not hold come in a row, so that after one the next few are not tried.
-static inline void plane_runs(const fm_kernel_job *job, uint64_t begin, uint64_t end, uint32_t worker, bool linf) {
+// Takes the narrowest lanes that hold the slice. Neighbouring slices are alike, so that the width of the last one is tried first,
+// and now and then the next narrower one.
+static FM_INLINE void plane_runs(const fm_kernel_job *job, uint64_t begin, uint64_t end, uint32_t worker, bool linf) {
+    uint32_t *width = &job->widths[worker * FM_WIDTHS_STRIDE];
     for (uint64_t z = begin; z < end; z++) {
-        if (!window_u16_plane(job, (uint32_t)z, worker, linf)) {
+        uint32_t tried = *width - (*width > 0 && z % 8 == 0);
+        if (tried == 0 && !window_u15_plane(job, (uint32_t)z, worker, linf)) {
+            tried = 1;
+        }
+        if (tried == 1 && !window_u16_plane(job, (uint32_t)z, worker, linf)) {
+            tried = 2;
+        }
+        if (tried == 2) {
             window_u32_plane(job, (uint32_t)z, worker, linf);
         }
+        *width = tried;
     }
     stream_fence();
 }

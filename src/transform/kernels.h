@@ -10,13 +10,14 @@
 
 typedef struct fm_kernel_job {
     const fm_plan *plan;
-    const uint32_t *words;   // sites
-    bool invert;             // the inner side of a signed field: empty voxels are the sites, results go to solid voxels
-    bool border;             // what lies outside the grid is a site
-    uint32_t limit;          // raw distances above it have no site, or are capped
-    void *middle;            // what one pass leaves to the next
-    uint32_t *steps_narrow;  // L2, Linf: what k steps cost, saturated to 16 bits and twice in each word
-    uint32_t *steps_wide;
+    const uint32_t *words;  // sites
+    bool invert;            // the inner side of a signed field: empty voxels are the sites, results go to solid voxels
+    bool border;            // what lies outside the grid is a site
+    uint32_t limit;         // raw distances above it have no site, or are capped
+    void *middle;           // what one pass leaves to the next
+    // L2, Linf: what k steps cost, saturated to the lanes, and twice in each word where these have 15 or 16 bits.
+    uint32_t *steps_u15, *steps_u16, *steps_u32;
+    uint32_t *widths;  // of each worker: what held its last slice, 0 for 15 bits to 2 for 32; FM_WIDTHS_STRIDE apart
     void *distance;
     uint8_t *workers;
     uint64_t worker_bytes;
@@ -44,8 +45,9 @@ extern const fm_kernels fm_kernels_avx512;
 
 const fm_kernels *fm_kernels_best(void);
 
-enum { FM_KERNEL_PAD = 128 };  // elements around a buffered row
-enum { FM_WINDOW_BLOCK = 8 };  // steps that are skipped or taken together
+enum { FM_WIDTHS_STRIDE = 16 };  // a cache line
+enum { FM_KERNEL_PAD = 128 };    // elements around a buffered row
+enum { FM_WINDOW_BLOCK = 8 };    // steps that are skipped or taken together
 static const uint32_t FM_WIDE_NONE = INT32_MAX;
 
 #endif

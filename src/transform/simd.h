@@ -11,6 +11,9 @@
 #include <stdint.h>
 #include <string.h>
 
+// For functions whose arguments choose a variant: a copy each, with the choice made.
+#define FM_INLINE inline __attribute__((always_inline))
+
 #if defined(__AVX512BW__) && defined(__AVX512VL__)
 #include <immintrin.h>
 #define FM_LEVEL(name) name##_avx512
@@ -39,6 +42,9 @@ static inline vector add_u8(vector a, vector b) {
 }
 static inline vector add_u16(vector a, vector b) {
     return _mm512_adds_epu16(a, b);
+}
+static inline vector add_u15(vector a, vector b) {
+    return _mm512_add_epi16(a, b);
 }
 static inline vector add_u32(vector a, vector b) {
     return _mm512_add_epi32(a, b);
@@ -113,6 +119,9 @@ static inline vector add_u8(vector a, vector b) {
 }
 static inline vector add_u16(vector a, vector b) {
     return _mm256_adds_epu16(a, b);
+}
+static inline vector add_u15(vector a, vector b) {
+    return _mm256_add_epi16(a, b);
 }
 static inline vector add_u32(vector a, vector b) {
     return _mm256_add_epi32(a, b);
@@ -246,6 +255,25 @@ FM_DEFINE_COMPARISON(equals_32, ==)
 FM_DEFINE_COMPARISON(at_least_32, >=)
 static inline void stream_fence(void) {
 }
+static inline vector add_u15(vector a, vector b) {
+    vector r;
+    FM_LANES(uint16_t, r.lane.u16[i] = (uint16_t)(a.lane.u16[i] + b.lane.u16[i]))
+    return r;
+}
 #endif
+
+// 15-bit lanes: 16 bits whose sums do not overflow.
+static inline vector set_u15(uint16_t a) {
+    return set_u16(a);
+}
+static inline vector min_u15(vector a, vector b) {
+    return min_u16(a, b);
+}
+static inline vector max_u15(vector a, vector b) {
+    return max_u16(a, b);
+}
+static inline bool any_less_u15(vector a, vector b) {
+    return any_less_u16(a, b);
+}
 
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// L2 and Linf within a slice whose distances along z are known, once for 16-bit and once for 32-bit lanes: define LANE (type),
+// L2 and Linf within a slice whose distances along z are known, once for each kind of lane (15, 16, 32 bits): define LANE (type),
 // NONE, W(name) (this width's function), V(name) (this width's vector operation), STEPS(job).
 //
 // A voxel's answer is the least of field[k away] "plus" what k steps cost. Steps are taken in blocks of FM_WINDOW_BLOCK, outwards,
@@ -8,18 +8,19 @@
 
 enum { W(LANES) = VECTOR_BYTES / sizeof(LANE) };
 
-static inline vector W(reach)(vector field, vector step, bool linf) {
+static FM_INLINE vector W(reach)(vector field, vector step, bool linf) {
     return linf ? V(max)(field, step) : V(add)(field, step);
 }
 
 // One column of vectors, `stride` elements from row to row; FM_WINDOW_BLOCK rows of NONE lie before and after `field`.
-static inline void W(columns)(const uint32_t *steps, uint32_t count, const LANE *field, const LANE *block, const LANE *before,
-                              const LANE *after, LANE *out, size_t out_stride, bool linf) {
+static FM_INLINE void W(columns)(const uint32_t *steps, uint32_t count, const LANE *field, const LANE *block, const LANE *before,
+                                 const LANE *after, LANE *out, size_t out_stride, bool linf) {
     const ptrdiff_t lanes = W(LANES);
     for (ptrdiff_t row = 0; row < (ptrdiff_t)count; row++) {
         vector best = load(field + row * lanes);
-        bool up = row > 0;
-        bool down = row + 1 < (ptrdiff_t)count;
+        const bool open = V(any_less)(set_u32(steps[1]), best);
+        bool up = open && row > 0;
+        bool down = open && row + 1 < (ptrdiff_t)count;
         for (ptrdiff_t k = 1; up || down; k += FM_WINDOW_BLOCK) {
             const vector nearest = set_u32(steps[k]);
             if (up) {
@@ -87,7 +88,7 @@ static inline void W(summarise)(uint32_t count, LANE *field, LANE *block, LANE *
 }
 
 // A row of a slice, FM_KERNEL_PAD elements of NONE around it.
-static inline void W(row)(const uint32_t *steps, uint32_t count, const LANE *field, LANE *block, LANE *out, bool linf) {
+static FM_INLINE void W(row)(const uint32_t *steps, uint32_t count, const LANE *field, LANE *block, LANE *out, bool linf) {
     const ptrdiff_t lanes = W(LANES);
     for (ptrdiff_t x = -FM_KERNEL_PAD + lanes; x < (ptrdiff_t)count + lanes; x += lanes) {
         vector least = V(min)(load(field + x), load(field + x + 1));
@@ -155,7 +156,7 @@ static W(buffers) W(buffers_of)(const fm_kernel_job *job, uint32_t worker) {
 }
 
 // Applies the border to a finished row; returns whether a lane is NONE.
-static inline bool W(close_row)(const fm_kernel_job *job, const W(buffers) * buffers, uint64_t row, bool linf) {
+static FM_INLINE bool W(close_row)(const fm_kernel_job *job, const W(buffers) * buffers, uint64_t row, bool linf) {
     const fm_shape shape = job->plan->shape;
     const uint32_t steps =
         fm_steps_least(fm_steps_out((uint32_t)(row % shape.y), shape.y), fm_steps_out((uint32_t)(row / shape.y), shape.z));
@@ -174,8 +175,8 @@ static inline bool W(close_row)(const fm_kernel_job *job, const W(buffers) * buf
     return worst == NONE;
 }
 
-// One slice; false when 16 bits did not hold it.
-static inline bool W(plane)(const fm_kernel_job *job, uint32_t z, uint32_t worker, bool linf) {
+// One slice; false when the lanes did not hold it. 32 bits always do.
+static FM_INLINE bool W(plane)(const fm_kernel_job *job, uint32_t z, uint32_t worker, bool linf) {
     const fm_shape shape = job->plan->shape;
     const size_t width = (size_t)fm_bits_row_words(shape) * 32;
     const uint32_t *steps = STEPS(job);
