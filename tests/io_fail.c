@@ -281,6 +281,31 @@ static void standard_streams(void) {
     io_clear();
 }
 
+// The smallest array is read as soon as it is there, though the writer keeps the pipe open.
+static void pipe_that_stays_open(void) {
+    fm_volume *volume = io_volume(NULL, (fm_shape){1, 1, 1}, FM_TYPE_U8, 9);
+    fm_volume *read_back = NULL;
+    int ends[2];
+    size_t size = 0;
+    CHECK_OK(fm_file_write(io_path("one.npy"), volume, NULL));
+    uint8_t *bytes = io_contents(io_path("one.npy"), &size);
+    CHECK(pipe(ends) == 0 && write(ends[1], bytes, size) == (ssize_t)size);
+    int saved = dup(STDIN_FILENO);
+    dup2(ends[0], STDIN_FILENO);
+    // A read that waits for more ends the test.
+    alarm(60);
+    CHECK(CHECK_OK(fm_file_read(NULL, "-", NULL, &read_back, NULL)) && io_same(volume, read_back));
+    alarm(0);
+    dup2(saved, STDIN_FILENO);
+    close(saved);
+    close(ends[0]);
+    close(ends[1]);
+    free(bytes);
+    fm_volume_destroy(read_back);
+    fm_volume_destroy(volume);
+    io_clear();
+}
+
 static void reader_goes_away(void) {
     fm_volume *volume = io_volume(NULL, (fm_shape){200, 200, 50}, FM_TYPE_U8, 9);
     void (*handler)(int) = signal(SIGPIPE, SIG_IGN);
@@ -387,6 +412,7 @@ int main(void) {
     forbidden_places();
     pipes();
     standard_streams();
+    pipe_that_stays_open();
     reader_goes_away();
     links_and_modes();
     cancelled();

@@ -114,8 +114,9 @@ static fm_result refuse_known(const fm_input *input, const uint8_t *head, size_t
 static fm_result choose_codec(fm_reader *reader, const fm_codec **chosen) {
     const uint8_t *head;
     size_t size;
-    FM_TRY(fm_input_peek(reader->input, 512, &head, &size));
     fm_format format = reader->desc->format;
+    // A pipe may deliver a small array and then stay open, so no more is asked for than the shortest array has.
+    FM_TRY(fm_input_peek(reader->input, format == FM_FORMAT_NPY ? 8 : 512, &head, &size));
     if (format != FM_FORMAT_AUTO) {
         *chosen = codec_of(format);
         if (!*chosen) {
