@@ -80,7 +80,7 @@ static uint64_t l1_worker_bytes(const fm_plan *plan) {
     const uint64_t lane = l1_bytes(plan);
     const uint64_t words = fm_round_up(fm_bits_row_words(plan->shape) + 2, 16) * 4;
     const uint64_t plane = words + (2 * FM_KERNEL_PAD + padded_width(plan) * (3 + plan->shape.y)) * lane;
-    const uint64_t depth = (uint64_t)l1_depth_run(plan) * (1 + plan->shape.z) * lane;
+    const uint64_t depth = (uint64_t)l1_depth_run(plan) * ((1 + plan->shape.z) * lane + sizeof(uint32_t));
     return fm_round_up(fm_max_u64(plane, depth), FM_ALIGNMENT);
 }
 
@@ -97,7 +97,7 @@ static uint64_t window_worker_bytes(const fm_plan *plan) {
     const uint64_t vector_bytes = 64;  // of the widest set
     const uint64_t columns = 4 * (plan->shape.y + 2ull * FM_WINDOW_BLOCK) * vector_bytes;
     const uint64_t rows = 4 * (width + 2ull * FM_KERNEL_PAD) * 4;
-    const uint64_t slice = width * plan->shape.y * 4;
+    const uint64_t slice = ((width + FM_KERNEL_PAD) * plan->shape.y + width) * 4;
     const uint64_t run = (uint64_t)z_depth_words(plan) * 32;
     const uint64_t depth = run * (1 + plan->shape.z) * 2 + run / 8;
     return fm_round_up(fm_max_u64(columns + rows + slice, depth), FM_ALIGNMENT);

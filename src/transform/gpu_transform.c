@@ -12,8 +12,9 @@
 enum {
     ENCODE_THREADS = 256,
     SEARCH_THREADS = 64,
-    ENVELOPE_ROWS = 16,
-    PARABOLA_ROWS = 16,
+    SEGMENT_ROWS = 16,         // ROWS of parabola.comp and envelope.comp
+    MAX_COLUMN_THREADS = 512,  // more leave too few registers
+    BIG_SQUARE = 1 << 24,      // floats hold whole numbers up to here
     MAX_SLABS = 16,
     SLAB_STEP = 32,  // voxels; keeps the rows of a slab's raw distances aligned
 };
@@ -118,33 +119,26 @@ static bool plan_scan(const transform_job *job, uint32_t n, column_pass *pass) {
     return false;
 }
 
-// The general kernels: columns in shared memory, or where they are too long for that, a search in device memory.
-static void plan_columns_of(const transform_job *job, uint32_t n, uint32_t rows, fm_kernel kernel, fm_kernel otherwise,
-                            column_pass *pass) {
-    uint32_t segments = (uint32_t)fm_div_up(n, rows);
-    // A lane and segment: its rows, the gap, and three numbers; a lane: a bit a row.
-    uint64_t lane_bytes = 4 * ((uint64_t)segments * (rows + 1 + 3) + fm_div_up((uint64_t)segments * rows, 32));
-    uint64_t lanes = fm_min_u64(job->device.max_workgroup / segments, job->device.shared_memory / lane_bytes);
-    if (lanes > 0) {
-        uint32_t used = floor_power_of_two(fm_min_u64(lanes, 32));
-        *pass = (column_pass){kernel, used, segments, rows, used, n};
-    } else {
-        *pass = (column_pass){otherwise, SEARCH_THREADS, 1, 1, SEARCH_THREADS, 1};
-    }
-}
-
+// The kernels that keep whole columns in shared memory, or where those are too long for it, a search in device memory.
 static void plan_column(const transform_job *job, uint32_t n, column_pass *pass) {
     const fm_plan *plan = job->plan;
     if (job->scan && plan_scan(job, n, pass)) {
         return;
     }
-    if (plan->metric == FM_METRIC_L2 && !plan->weighted) {
-        plan_columns_of(job, n, PARABOLA_ROWS, FM_KERNEL_PARABOLA, FM_KERNEL_SEARCH_U32, pass);
-    } else if (plan->weighted || plan->greatest < (1u << 24)) {
-        plan_columns_of(job, n, ENVELOPE_ROWS, FM_KERNEL_ENVELOPE_F32, FM_KERNEL_SEARCH_F32, pass);
-    } else {
-        plan_columns_of(job, n, ENVELOPE_ROWS, FM_KERNEL_ENVELOPE_U32, FM_KERNEL_SEARCH_U32, pass);
+    bool floats = plan->weighted || plan->greatest < BIG_SQUARE;
+    bool parabola = plan->metric == FM_METRIC_L2 && !plan->weighted && floats;
+    uint32_t segments = (uint32_t)fm_div_up(n, SEGMENT_ROWS);
+    for (uint32_t lanes = 32; lanes > 0; lanes /= 2) {
+        // Per segment: its rows with a gap (one number a row, or one row), and three numbers a lane.
+        uint64_t numbers = parabola ? SEGMENT_ROWS * (lanes + 1) : (SEGMENT_ROWS + 1) * lanes;
+        if (4 * segments * (numbers + 3 * lanes) <= job->device.shared_memory && (uint64_t)lanes * segments <= MAX_COLUMN_THREADS &&
+            lanes * segments <= job->device.max_workgroup) {
+            fm_kernel kernel = parabola ? FM_KERNEL_PARABOLA : floats ? FM_KERNEL_ENVELOPE_F32 : FM_KERNEL_ENVELOPE_U32;
+            *pass = (column_pass){kernel, lanes, segments, SEGMENT_ROWS, lanes, n};
+            return;
+        }
     }
+    *pass = (column_pass){floats ? FM_KERNEL_SEARCH_F32 : FM_KERNEL_SEARCH_U32, SEARCH_THREADS, 1, 1, SEARCH_THREADS, 1};
 }
 
 static bool is_scan(const column_pass *pass) {
@@ -277,7 +271,7 @@ static fm_result run_column(transform_job *job, const column_pass *pass, bool al
                             finishes && border,
                             finishes ? type : 0,
                             finishes && sites ? plan->index_type : 0,
-                            plan->greatest >= (1u << 24)};
+                            plan->greatest >= BIG_SQUARE};
     uint64_t slices = along_z ? plan->shape.y : plan->shape.z;
     uint64_t n = along_z ? plan->shape.z : plan->shape.y;
     uint64_t tiles = fm_div_up(job->column.x_end - job->column.x_begin, pass->tile);
@@ -306,7 +300,7 @@ static fm_result run_column(transform_job *job, const column_pass *pass, bool al
 
 static fm_result run_brute(transform_job *job, uint32_t target, bool border) {
     const fm_plan *plan = job->plan;
-    bool floats = plan->weighted || plan->greatest < (1u << 24);
+    bool floats = plan->weighted || plan->greatest < BIG_SQUARE;
     column_pass pass = {floats ? FM_KERNEL_BRUTE_F32 : FM_KERNEL_BRUTE_U32, SEARCH_THREADS, 1, 1, SEARCH_THREADS, 1};
     job->column.x_begin = 0;
     job->column.x_end = plan->shape.x;

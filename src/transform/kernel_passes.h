@@ -40,11 +40,12 @@ static inline void fm_copy_out(void *to, const void *from, size_t bytes) {
     memcpy(out, in, bytes);
 }
 
-// Finishing a run of raw distances. Values of the inner side of a signed field are negative and go where the raw distance is not
-// 0, which is where the outer side left a 0.
+// Finishing a run of raw distances, in `staged`, to be copied out. Values of the inner side of a signed field are negative and go
+// where the raw distance is not 0, which is where the outer side left a 0.
 #define FINISH_LOOP(type, value)                                                                                                   \
     {                                                                                                                              \
-        type *restrict out = (type *)job->distance + at;                                                                           \
+        type *target = (type *)job->distance + at;                                                                                 \
+        type *restrict out = job->invert ? target : staged;                                                                        \
         const type none = (type)plan->value_none;                                                                                  \
         if (job->invert) {                                                                                                         \
             for (size_t i = 0; i < count; i++) {                                                                                   \
@@ -55,13 +56,14 @@ static inline void fm_copy_out(void *to, const void *from, size_t bytes) {
             for (size_t i = 0; i < count; i++) {                                                                                   \
                 out[i] = raw[i] > limit ? none : (type)(value);                                                                    \
             }                                                                                                                      \
+            fm_copy_out(target, out, count * sizeof(type));                                                                        \
         }                                                                                                                          \
         break;                                                                                                                     \
     }
 #define AT_MOST(most) (raw[i] < (most) ? raw[i] : (most))
 
 #define DEFINE_FINISH(name, lane, narrow_root)                                                                                     \
-    static inline void name(const fm_kernel_job *job, uint64_t at, size_t count, const lane *restrict raw) {                       \
+    static inline void name(const fm_kernel_job *job, uint64_t at, size_t count, const lane *restrict raw, void *staged) {         \
         const fm_plan *plan = job->plan;                                                                                           \
         const uint32_t limit = job->limit;                                                                                         \
         const float scale = (float)plan->scale;                                                                                    \

@@ -91,6 +91,7 @@ static void W(depth)(void *user, uint64_t begin, uint64_t end, uint32_t worker) 
     const vector outside = V(set)(job->border ? 0 : NONE);
     LANE *edge = (LANE *)(void *)(job->workers + worker * job->worker_bytes);
     LANE *tile = edge + run;
+    LANE *staged = tile + run * shape.z;
     for (size_t i = 0; i < run; i += W(LANES)) {
         store(edge + i, outside);
     }
@@ -111,7 +112,8 @@ static void W(depth)(void *user, uint64_t begin, uint64_t end, uint32_t worker) 
         for (size_t z = shape.z; z-- > 0;) {
             LANE *to = tile + z * run;
             W(sweep)(to, to, z + 1 == shape.z ? edge : to + run, (ptrdiff_t)count);
-            W(finish)(job, z * plane + start, count, to);
+            W(finish)(job, z * plane + start, count, to, staged);
         }
     }
+    stream_fence();
 }

@@ -90,7 +90,16 @@ static inline void W(summarise)(uint32_t count, LANE *field, LANE *block, LANE *
 // A row of a slice, FM_KERNEL_PAD elements of NONE around it.
 static FM_INLINE void W(row)(const uint32_t *steps, uint32_t count, const LANE *field, LANE *block, LANE *out, bool linf) {
     const ptrdiff_t lanes = W(LANES);
-    for (ptrdiff_t x = -FM_KERNEL_PAD + lanes; x < (ptrdiff_t)count + lanes; x += lanes) {
+    bool open = false;
+    for (ptrdiff_t x = 0; x < (ptrdiff_t)count; x += lanes) {
+        open |= V(any_less)(set_u32(steps[1]), load(field + x));
+    }
+    if (!open) {
+        memcpy(out, field, count * sizeof(LANE));
+        return;
+    }
+    // A search reaches back by less than a vector and a block.
+    for (ptrdiff_t x = -lanes * (1 + (FM_WINDOW_BLOCK + lanes - 1) / lanes); x < (ptrdiff_t)count + lanes; x += lanes) {
         vector least = V(min)(load(field + x), load(field + x + 1));
         least = V(min)(least, V(min)(load(field + x + 2), load(field + x + 3)));
         least = V(min)(least, V(min)(load(field + x + 4), load(field + x + 5)));
@@ -129,9 +138,10 @@ static FM_INLINE void W(row)(const uint32_t *steps, uint32_t count, const LANE *
 // Buffers of one worker.
 typedef struct W(buffers) {
     LANE *field, *block, *before, *after;  // a column of vectors
-    LANE *slice;
-    LANE *row, *row_block, *row_out;
+    LANE *slice;                           // rows with FM_KERNEL_PAD elements of NONE behind each, and before the first
+    LANE *row_block, *row_out;
     LANE *way_x;
+    uint32_t *staged;
 } W(buffers);
 
 static W(buffers) W(buffers_of)(const fm_kernel_job *job, uint32_t worker) {
@@ -146,12 +156,11 @@ static W(buffers) W(buffers_of)(const fm_kernel_job *job, uint32_t worker) {
     buffers.before = buffers.block + column;
     buffers.after = buffers.before + column;
     memory += 4 * column;
-    buffers.row = memory + FM_KERNEL_PAD;
-    buffers.row_block = buffers.row + padded;
+    buffers.row_block = memory + FM_KERNEL_PAD;
     buffers.row_out = buffers.row_block + padded;
     buffers.way_x = buffers.row_out + padded;
-    memory += 4 * padded;
-    buffers.slice = memory;
+    buffers.slice = buffers.way_x + padded;
+    buffers.staged = (uint32_t *)(void *)(buffers.slice + (width + FM_KERNEL_PAD) * shape.y);
     return buffers;
 }
 
@@ -179,23 +188,35 @@ static FM_INLINE bool W(close_row)(const fm_kernel_job *job, const W(buffers) * 
 static FM_INLINE bool W(plane)(const fm_kernel_job *job, uint32_t z, uint32_t worker, bool linf) {
     const fm_shape shape = job->plan->shape;
     const size_t width = (size_t)fm_bits_row_words(shape) * 32;
+    const size_t stride = width + FM_KERNEL_PAD;
     const uint32_t *steps = STEPS(job);
     const W(buffers) buffers = W(buffers_of)(job, worker);
     const uint16_t *along_z = (const uint16_t *)job->middle + z * width * shape.y;
-    for (size_t x = 0; x < width; x += W(LANES)) {
-        for (size_t y = 0; y < shape.y; y++) {
-            const uint16_t *from = along_z + y * width + x;
-            LANE *to = buffers.field + y * W(LANES);
-            for (int lane = 0; lane < W(LANES); lane++) {
-                to[lane] = W(first)(from[lane], linf);
-            }
+    for (size_t y = 0; y < shape.y; y++) {
+        LANE *row = buffers.slice + y * stride;
+        const uint16_t *from = along_z + y * width;
+        for (size_t x = 0; x < width; x++) {
+            row[x] = W(first)(from[x], linf);
         }
-        W(summarise)(shape.y, buffers.field, buffers.block, buffers.before, buffers.after);
-        W(columns)(steps, shape.y, buffers.field, buffers.block, buffers.before, buffers.after, buffers.slice + x, width, linf);
+        for (size_t x = shape.x; x < stride; x++) {
+            row[x] = NONE;
+        }
     }
-    for (ptrdiff_t i = 0; i < FM_KERNEL_PAD; i++) {
-        buffers.row[-1 - i] = NONE;
-        buffers.row[(ptrdiff_t)width + i] = NONE;
+    for (size_t i = 1; i <= FM_KERNEL_PAD; i++) {
+        *(buffers.slice - i) = NONE;
+    }
+    for (size_t x = 0; x < width; x += W(LANES)) {
+        bool open = false;
+        for (size_t y = 0; y < shape.y; y++) {
+            const vector here = load(buffers.slice + y * stride + x);
+            store(buffers.field + y * W(LANES), here);
+            open |= V(any_less)(set_u32(steps[1]), here);
+        }
+        if (open) {
+            W(summarise)(shape.y, buffers.field, buffers.block, buffers.before, buffers.after);
+            W(columns)
+            (steps, shape.y, buffers.field, buffers.block, buffers.before, buffers.after, buffers.slice + x, stride, linf);
+        }
     }
     for (uint32_t x = 0; job->border && x < shape.x; x++) {
         const uint64_t out = fm_steps_out(x, shape.x);
@@ -203,17 +224,13 @@ static FM_INLINE bool W(plane)(const fm_kernel_job *job, uint32_t z, uint32_t wo
         buffers.way_x[x] = way < NONE ? (LANE)way : NONE;
     }
     for (uint32_t y = 0; y < shape.y; y++) {
-        memcpy(buffers.row, buffers.slice + y * width, width * sizeof(LANE));
-        for (size_t x = shape.x; x < width; x++) {
-            buffers.row[x] = NONE;
-        }
-        W(row)(steps, shape.x, buffers.row, buffers.row_block, buffers.row_out, linf);
+        W(row)(steps, shape.x, buffers.slice + y * stride, buffers.row_block, buffers.row_out, linf);
         const uint64_t row = (uint64_t)z * shape.y + y;
         bool overflow = W(close_row)(job, &buffers, row, linf);
         if (overflow && NONE <= job->limit && sizeof(LANE) == 2) {
             return false;
         }
-        W(finish)(job, row * shape.x, shape.x, buffers.row_out);
+        W(finish)(job, row * shape.x, shape.x, buffers.row_out, buffers.staged);
     }
     return true;
 }
