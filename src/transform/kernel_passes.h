@@ -40,12 +40,12 @@ static inline void fm_copy_out(void *to, const void *from, size_t bytes) {
     memcpy(out, in, bytes);
 }
 
-// Finishing a run of raw distances, in `staged`, to be copied out. Values of the inner side of a signed field are negative and go
-// where the raw distance is not 0, which is where the outer side left a 0.
+// Finishing a run of raw distances, in `staged`, to be copied out past the cache; NULL: in place. Values of the inner side of a
+// signed field are negative and go where the raw distance is not 0, which is where the outer side left a 0.
 #define FINISH_LOOP(type, value)                                                                                                   \
     {                                                                                                                              \
         type *target = (type *)job->distance + at;                                                                                 \
-        type *restrict out = job->invert ? target : staged;                                                                        \
+        type *restrict out = job->invert || !staged ? target : staged;                                                             \
         const type none = (type)plan->value_none;                                                                                  \
         if (job->invert) {                                                                                                         \
             for (size_t i = 0; i < count; i++) {                                                                                   \
@@ -56,11 +56,13 @@ static inline void fm_copy_out(void *to, const void *from, size_t bytes) {
             for (size_t i = 0; i < count; i++) {                                                                                   \
                 out[i] = raw[i] > limit ? none : (type)(value);                                                                    \
             }                                                                                                                      \
-            fm_copy_out(target, out, count * sizeof(type));                                                                        \
+            if (staged) {                                                                                                          \
+                fm_copy_out(target, out, count * sizeof(type));                                                                    \
+            }                                                                                                                      \
         }                                                                                                                          \
         break;                                                                                                                     \
     }
-#define AT_MOST(most) (raw[i] < (most) ? raw[i] : (most))
+#define AT_MOST(most) fm_steps_least(raw[i], most)
 
 #define DEFINE_FINISH(name, lane, narrow_root)                                                                                     \
     static inline void name(const fm_kernel_job *job, uint64_t at, size_t count, const lane *restrict raw, void *staged) {         \

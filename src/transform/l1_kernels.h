@@ -91,7 +91,8 @@ static void W(depth)(void *user, uint64_t begin, uint64_t end, uint32_t worker) 
     const vector outside = V(set)(job->border ? 0 : NONE);
     LANE *edge = (LANE *)(void *)(job->workers + worker * job->worker_bytes);
     LANE *tile = edge + run;
-    LANE *staged = tile + run * shape.z;
+    // What is in place was read just now, so that it is in the cache.
+    LANE *staged = job->middle == job->distance ? NULL : tile + run * shape.z;
     for (size_t i = 0; i < run; i += W(LANES)) {
         store(edge + i, outside);
     }

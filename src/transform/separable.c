@@ -60,7 +60,7 @@ static pass_scratch worker_scratch(const pass_job *job, uint32_t worker) {
 #define RAW_NONE FM_RAW_NONE
 #define NAME(name) exact_##name
 #define STEP(plan, axis, steps) ((void)(axis), fm_raw_step((plan)->metric, steps))
-#define COMBINE(plan, a, b) ((plan)->metric == FM_METRIC_LINF ? ((a) < (b) ? (b) : (a)) : (a) + (b))
+#define COMBINE(linf, a, b) ((linf) ? ((a) < (b) ? (b) : (a)) : (a) + (b))
 #define WAY_OUT fm_way_out
 #define CAP(plan) ((plan)->cap_raw)
 #define FINISH fm_finish_exact
@@ -80,7 +80,7 @@ static pass_scratch worker_scratch(const pass_job *job, uint32_t worker) {
 #define RAW_NONE INFINITY
 #define NAME(name) weighted_##name
 #define STEP(plan, axis, steps) fm_weighted_step((plan)->metric, (plan)->weight[axis], steps)
-#define COMBINE(plan, a, b) ((plan)->metric == FM_METRIC_LINF ? ((a) < (b) ? (b) : (a)) : (a) + (b))
+#define COMBINE(linf, a, b) ((linf) ? ((a) < (b) ? (b) : (a)) : (a) + (b))
 #define WAY_OUT fm_way_out_weighted
 #define CAP(plan) ((plan)->cap_raw_weighted)
 #define FINISH fm_finish_weighted

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
 // Passes of the windowed search, once for each kind of raw distance: define RAW (type), RAW_NONE, NAME(name), STEP(plan, axis,
-// steps), COMBINE(plan, a, b). Each voxel looks k = 0, 1, 2, ... steps up and down its column until a step alone costs more than
+// steps), COMBINE(linf, a, b). Each voxel looks k = 0, 1, 2, ... steps up and down its column until a step alone costs more than
 // the best sum found: exact for any rounding of the sums, as each is monotone in both terms.
 
 #define LANES 16
 
 // Columns of `count` rows and LANES lanes: `field` in, `best` and the row it came from out; of equal sums the lowest row.
 static void NAME(columns)(const fm_plan *plan, int axis, uint32_t count, const RAW *field, RAW *best, uint32_t *from) {
+    const bool linf = plan->metric == FM_METRIC_LINF;
     for (uint32_t row = 0; row < count; row++) {
         RAW *restrict sum = best + (size_t)row * LANES;
         uint32_t *restrict source = from + (size_t)row * LANES;
@@ -16,7 +17,7 @@ static void NAME(columns)(const fm_plan *plan, int axis, uint32_t count, const R
         }
         for (uint32_t k = 1; k < count; k++) {
             const RAW step = STEP(plan, axis, k);
-            bool open = false;
+            uint32_t open = 0;
             for (int lane = 0; lane < LANES; lane++) {
                 open |= step <= sum[lane];
             }
@@ -26,7 +27,7 @@ static void NAME(columns)(const fm_plan *plan, int axis, uint32_t count, const R
             if (k <= row) {
                 const RAW *restrict low = field + (size_t)(row - k) * LANES;
                 for (int lane = 0; lane < LANES; lane++) {
-                    RAW through = low[lane] == RAW_NONE ? RAW_NONE : COMBINE(plan, low[lane], step);
+                    RAW through = low[lane] == RAW_NONE ? RAW_NONE : COMBINE(linf, low[lane], step);
                     bool better = through <= sum[lane];
                     sum[lane] = better ? through : sum[lane];
                     source[lane] = better ? row - k : source[lane];
@@ -35,7 +36,7 @@ static void NAME(columns)(const fm_plan *plan, int axis, uint32_t count, const R
             if (k < count - row) {
                 const RAW *restrict high = field + (size_t)(row + k) * LANES;
                 for (int lane = 0; lane < LANES; lane++) {
-                    RAW through = high[lane] == RAW_NONE ? RAW_NONE : COMBINE(plan, high[lane], step);
+                    RAW through = high[lane] == RAW_NONE ? RAW_NONE : COMBINE(linf, high[lane], step);
                     bool better = through < sum[lane];
                     sum[lane] = better ? through : sum[lane];
                     source[lane] = better ? row + k : source[lane];
