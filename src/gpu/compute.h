@@ -15,9 +15,11 @@ enum { FM_MAX_SPECIALIZATION = 16 };
 
 // The compute kernels, one a SPIR-V module; CMakeLists.txt here says from which shader and variant.
 typedef enum fm_kernel {
-    FM_KERNEL_ENCODE = 0,
+    FM_KERNEL_COPY = 0,
+    FM_KERNEL_ENCODE,
     FM_KERNEL_SCAN_F16,
     FM_KERNEL_SCAN_U32,
+    FM_KERNEL_PARABOLA,
     FM_KERNEL_ENVELOPE_F32,
     FM_KERNEL_ENVELOPE_U32,
     FM_KERNEL_SEARCH_F32,

@@ -3,10 +3,14 @@
 // of them and they are large.
 
 #include "gpu/vk.h"
+#include "shaders/include/shared.h"
 
 #include <string.h>
 
-enum { STAGING_HALF = 32 << 20 };
+enum {
+    STAGING_HALF = 32 << 20,
+    BUFFER_STEP = 16,  // kernels load and store whole pieces: the last one may reach past the elements
+};
 
 static bool pick_type(const fm_gpu *gpu, uint32_t allowed, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags unwanted,
                       uint32_t *type) {
@@ -48,8 +52,7 @@ static fm_result allocate(fm_buffer *buffer, uint64_t bytes, bool exportable) {
     VkBufferCreateInfo info = {
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .pNext = exportable ? &external : NULL,
-        // Kernels load whole words: the last one may reach past the elements.
-        .size = fm_round_up(bytes, 16),
+        .size = fm_round_up(bytes, BUFFER_STEP),
         .usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
                  VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
     };
@@ -214,10 +217,13 @@ fm_result fm_buffer_download(fm_buffer *buffer, void *target, uint64_t bytes) {
 }
 
 fm_result fm_gpu_copy(fm_gpu *gpu, fm_buffer *source, fm_buffer *target, uint64_t bytes, fm_ticket *ticket) {
+    enum { GROUP_PIECES = 1024 };
     fm_slot *slot;
+    fm_copy_push push = {source->address, target->address, fm_div_up(bytes, BUFFER_STEP)};
+    fm_dispatch dispatch = {
+        .kernel = FM_KERNEL_COPY, .push = &push, .push_bytes = sizeof push, .groups = fm_div_up(push.pieces, GROUP_PIECES)};
     FM_TRY(fm_commands_begin(gpu, &slot));
-    VkBufferCopy region = {0, 0, bytes};
-    gpu->vk.CmdCopyBuffer(slot->commands, source->buffer, target->buffer, 1, &region);
+    FM_TRY(fm_commands_dispatch(gpu, slot, &dispatch));
     fm_commands_pass(gpu, slot, "copy", 2 * bytes);
     return fm_commands_submit(gpu, slot, ticket);
 }

@@ -38,5 +38,5 @@ void main() {
             }
         }
     }
-    finish_voxel(at, best, nearest);
+    finish_voxel(at, row * push.x + x, best, nearest);
 }

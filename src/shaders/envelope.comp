@@ -133,8 +133,13 @@ void main() {
 
     cost_t least = COST_NONE;
     uint least_at = n0;
+    // Loads hang on no condition, so that they can be under way together; what lies past the end is replaced.
+    cost_t loaded[ROWS];
     [[unroll]] for (uint i = 0; i < ROWS; i++) {
-        cost_t g = i < count ? load_cost(slice, n0 + i, x) : COST_NONE;
+        loaded[i] = load_cost(slice, min(n0 + i, column_rows() - 1), min(x, push.x_end - 1));
+    }
+    [[unroll]] for (uint i = 0; i < ROWS; i++) {
+        cost_t g = i < count ? loaded[i] : COST_NONE;
         rows[(n0 + i + segment) * LANES + lane] = g;
         if (g < least) {
             least = g;
@@ -145,47 +150,31 @@ void main() {
     block_at[segment * LANES + lane] = least_at;
     barrier();
 
-    cost_t value[ROWS];
     uint at[ROWS + 1];
     at[0] = n0;
-    value[0] = COST_NONE;
+    cost_t value = COST_NONE;
     if (count > 0) {
-        find_boundary(segment, n0, value[0], at[0]);
+        find_boundary(segment, n0, value, at[0]);
     }
     boundary[segment * LANES + lane] = at[0];
     barrier();
     at[ROWS] = n0 + ROWS < column_rows() ? boundary[(segment + 1) * LANES + lane] : column_rows() - 1;
-
     // A column without any site leaves every cost at none; one with a site gives every row a nearest one.
-    bool found = count > 0 && !is_none(value[0]);
-#define BETWEEN(i, low, high)                                                                                                      \
-    value[i] = COST_NONE;                                                                                                          \
-    at[i] = at[low];                                                                                                               \
-    if (found && i < count) {                                                                                                      \
-        find_between(n0 + i, at[low], at[high], value[i], at[i]);                                                                  \
-    } else if (found) {                                                                                                            \
-        at[i] = at[high];                                                                                                          \
-    }
-    BETWEEN(8, 0, 16)
-    BETWEEN(4, 0, 8)
-    BETWEEN(12, 8, 16)
-    BETWEEN(2, 0, 4)
-    BETWEEN(6, 4, 8)
-    BETWEEN(10, 8, 12)
-    BETWEEN(14, 12, 16)
-    BETWEEN(1, 0, 2)
-    BETWEEN(3, 2, 4)
-    BETWEEN(5, 4, 6)
-    BETWEEN(7, 6, 8)
-    BETWEEN(9, 8, 10)
-    BETWEEN(11, 10, 12)
-    BETWEEN(13, 12, 14)
-    BETWEEN(15, 14, 16)
+    bool found = !is_none(value);
 
-    // The whole column was read before the first barrier, so the results may take its place.
-    [[unroll]] for (uint i = 0; i < ROWS; i++) {
-        if (i < count) {
-            store_result(slice, n0 + i, x, value[i], at[i]);
+    // Row 0, then 8, then 4 and 12, and so on; kept a loop, for its body is long. The whole column was read before the first barrier, so
+    // the results may take its place.
+    [[dont_unroll]] for (uint i = 0; i < ROWS; i++) {
+        uint level = i == 0 ? 0 : uint(findMSB(i));
+        uint step = (ROWS / 2) >> level;
+        uint row = i == 0 ? 0 : step + (i - (1u << level)) * 2 * step;
+        if (row < count) {
+            if (row > 0 && found) {
+                find_between(n0 + row, at[row - step], at[row + step], value, at[row]);
+            }
+            store_result(slice, n0 + row, x, value, at[row]);
+        } else {
+            at[row] = at[ROWS];
         }
     }
 }

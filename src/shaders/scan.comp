@@ -26,6 +26,7 @@ layout(constant_id = 13) const uint INDEX_TYPE = 0;
 const uint LANES = gl_WorkGroupSize.x;
 const uint SEGMENTS = gl_WorkGroupSize.y;
 const bool WEIGHTED = false;
+const bool BIG = true;
 
 layout(push_constant) uniform push_block {
     fm_column_push push;
@@ -127,17 +128,28 @@ quad_t quad_of(uvec4 v) {
     return q;
 }
 
+#ifdef SCAN_F16
+// Steps to the nearest set bit of four, a byte each; 255 where none is set.
+const uint NEAREST_OF_FOUR[16] = {0xffffffffu, 0x03020100u, 0x02010001u, 0x02010000u, 0x01000102u, 0x01000100u, 0x01000001u, 0x01000000u,
+                                  0x00010203u, 0x00010100u, 0x00010001u, 0x00010000u, 0x00000102u, 0x00000100u, 0x00000001u, 0x00000000u};
+shared uint nearest_of_four[16];
+#endif
+
 // Steps along x to the nearest site for four voxels of one word, from the bits and the word's carries.
-quad_t load_bits(uint64_t row, uint x) {
-    uint64_t at = row * push.row_words + (x >> 5);
-    uint word = ref_u32(push.bits + at * 4).v;
-    uvec2 carry = load_carries(push.carries, at, WIDE);
-    uint shift = x & 31u;
+quad_t quad_of_bits(uint word, uvec2 carry, uint shift) {
     uint below = word & ~(0xffffffffu << shift);
-    uint above = shift == 28u ? 0 : word >> (shift + 4);
+    uint above = word >> shift >> 4;
     uint left = below != 0 ? shift - uint(findMSB(below)) : min(carry.x, FAR_STEPS) + shift;
     uint right = above != 0 ? uint(findLSB(above)) + 1 : min(carry.y, FAR_STEPS) + 28u - shift;
-    uint four = word >> shift;
+    uint four = word >> shift & 15u;
+#ifdef SCAN_F16
+    quad_t q = unpack_bytes(nearest_of_four[four]);
+    f16vec2 from_left = unpackFloat2x16(left * 0x00010001u | 0x64006400u);
+    f16vec2 from_right = unpackFloat2x16(right * 0x00010001u | 0x64006400u);
+    q.p[0] = min(q.p[0], min(from_left + f16vec2(0, 2), from_right + f16vec2(3, 1)));
+    q.p[1] = min(q.p[1], min(from_left + f16vec2(1, 3), from_right + f16vec2(2, 0)));
+    return q;
+#else
     uvec4 d;
     d.x = (four & 1u) != 0 ? 0 : left;
     d.y = (four & 2u) != 0 ? 0 : d.x + 1;
@@ -147,26 +159,41 @@ quad_t load_bits(uint64_t row, uint x) {
     d.y = min(d.y, d.z + 1);
     d.x = min(d.x, d.y + 1);
     return quad_of(min(d, uvec4(FAR_STEPS)));
+#endif
 }
 
-quad_t load_quad(uint slice, uint n, uint x) {
-    uint64_t row = row_of(slice, n);
-    if (SOURCE == FM_SOURCE_BITS) {
-        return load_bits(row, x);
-    }
-    fm_address from = raw_at(row, x, WIDTH);
-    if (WIDTH == 1) {
-        return unpack_bytes(ref_u32(from).v);
-    }
+// What is loaded of four voxels before anything is done with it, so that the loads of all rows are under way together.
+struct fetched_t {
     uvec4 v;
-    if (WIDTH == 2) {
-        uvec2 two = ref_u32x2(from).v;
-        v = uvec4(two.x & 0xffffu, two.x >> 16, two.y & 0xffffu, two.y >> 16);
-        v = mix(v, uvec4(FAR_STEPS), equal(v, uvec4(0xffffu)));
+};
+
+fetched_t fetch(fm_address at, fm_address carry_at) {
+    fetched_t f;
+    if (SOURCE == FM_SOURCE_BITS) {
+        f.v.x = ref_u32(at).v;
+        f.v.yz = load_carries(carry_at, 0, WIDE);
+    } else if (WIDTH == 1) {
+        f.v.x = ref_u32(at).v;
+    } else if (WIDTH == 2) {
+        f.v.xy = ref_u32x2(at).v;
     } else {
-        v = min(ref_u32x4(from).v, uvec4(FAR_STEPS));
+        f.v = ref_u32x4(at).v;
     }
-    return quad_of(v);
+    return f;
+}
+
+quad_t quad_of_fetched(fetched_t f, uint shift) {
+    if (SOURCE == FM_SOURCE_BITS) {
+        return quad_of_bits(f.v.x, f.v.yz, shift);
+    }
+    if (WIDTH == 1) {
+        return unpack_bytes(f.v.x);
+    }
+    if (WIDTH == 2) {
+        uvec4 v = uvec4(f.v.x & 0xffffu, f.v.x >> 16, f.v.y & 0xffffu, f.v.y >> 16);
+        return quad_of(mix(v, uvec4(FAR_STEPS), equal(v, uvec4(0xffffu))));
+    }
+    return quad_of(min(f.v, uvec4(FAR_STEPS)));
 }
 
 void store_packed(fm_address to, quad_t q) {
@@ -197,7 +224,7 @@ void store_quad(uint slice, uint n, uint x, quad_t q) {
     [[unroll]] for (uint i = 0; i < 4; i++) {
         if (x + i < push.x) {
             uint steps = quad_value(q, i);
-            finish_exact(voxel_at(slice, n, x + i), steps >= none ? FM_GPU_NONE : steps);
+            finish_exact(voxel_at(slice, n, x + i), row * push.x + x + i, steps >= none ? FM_GPU_NONE : steps);
         }
     }
 }
@@ -216,11 +243,35 @@ void main() {
     uint n0 = segment * ROWS;
     bool inside = x < push.x_end;
 
+#ifdef SCAN_F16
+    uint t = gl_LocalInvocationIndex;
+    if (SOURCE == FM_SOURCE_BITS) {
+        if (t < 16) {
+            nearest_of_four[t] = NEAREST_OF_FOUR[t];
+        }
+        barrier();
+    }
+#endif
+    // Rows and columns past the end load what the last ones do and are made far afterwards: a load that hangs on no condition can be
+    // started before the one in front has arrived.
+    uint rows = column_rows();
+    uint load_x = min(x, (push.x_end - 1) & ~3u);
+    uint64_t row_first = row_of(slice, 0);
+    uint64_t row_step = row_of(slice, 1) - row_first;
+    fm_address at = SOURCE == FM_SOURCE_BITS ? push.bits + (row_first * push.row_words + (load_x >> 5)) * 4 : raw_at(row_first, load_x, WIDTH);
+    fm_address carry_at = push.carries + (row_first * push.row_words + (load_x >> 5)) * (WIDE ? 8 : 4);
+    uint64_t step = row_step * (SOURCE == FM_SOURCE_BITS ? push.row_words * 4 : push.pitch * WIDTH);
+    uint64_t carry_step = row_step * push.row_words * (WIDE ? 8 : 4);
+    fetched_t fetched[ROWS];
+    [[unroll]] for (uint i = 0; i < ROWS; i++) {
+        uint n = min(n0 + i, rows - 1);
+        fetched[i] = fetch(at + n * step, carry_at + n * carry_step);
+    }
     quad_t q[ROWS];
     [[unroll]] for (uint i = 0; i < ROWS; i++) {
-        q[i] = far_quad();
-        if (inside && n0 + i < column_rows()) {
-            q[i] = load_quad(slice, n0 + i, x);
+        q[i] = quad_of_fetched(fetched[i], load_x & 31u);
+        if (n0 + i >= rows || !inside) {
+            q[i] = far_quad();
         }
     }
     const part_t one = steps_of(1);
@@ -263,7 +314,7 @@ void main() {
     }
 
     [[unroll]] for (uint i = 0; i < ROWS; i++) {
-        if (inside && n0 + i < column_rows()) {
+        if (inside && n0 + i < rows) {
             quad_t out_quad = nearer(q[i], before, steps_of(i + 1));
             out_quad = nearer(out_quad, behind, steps_of(ROWS - i));
             store_quad(slice, n0 + i, x, out_quad);

@@ -104,7 +104,7 @@ static bool plan_scan(const transform_job *job, uint32_t n, column_pass *pass) {
     bool half = job->width == 1 && job->device.float16;
     uint32_t shared_per_thread = half ? 2 * 2 * 2 * 4 : 2 * 2 * 4 * 4;
     uint64_t limit = fm_min_u64(job->device.max_workgroup, job->device.shared_memory / shared_per_thread);
-    for (uint32_t rows = 16; rows <= (half ? 64 : 32); rows *= 2) {
+    for (uint32_t rows = half ? 32 : 16; rows <= (half ? 64 : 32); rows *= 2) {
         uint32_t segments = (uint32_t)fm_div_up(n, rows);
         uint32_t lanes = floor_power_of_two(fm_min_u64(half ? 16 : 8, limit / segments));
         // Short columns leave room for more of them in a group.

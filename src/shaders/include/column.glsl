@@ -15,6 +15,7 @@ layout(constant_id = 10) const bool SQUARED = false;
 layout(constant_id = 11) const bool BORDER = false;
 layout(constant_id = 12) const uint OUT_TYPE = 0;
 layout(constant_id = 13) const uint INDEX_TYPE = 0;
+layout(constant_id = 14) const bool BIG = false;  // exact raw distances may pass 2^24
 
 layout(push_constant) uniform push_block {
     fm_column_push push;
@@ -45,20 +46,20 @@ bool out_of_reach(uvec3 at, cost_t value) {
     return is_none(value) || exact_raw(value) > push.cap_raw || (BORDER && steps_cost(METRIC == FM_GPU_L2 ? min(way_out(at), 65535u) : way_out(at), 1) < value);
 }
 
-void finish_voxel(uvec3 at, cost_t value, uvec3 site) {
+void finish_voxel(uvec3 at, uint64_t element, cost_t value, uvec3 site) {
     if (push.distance != 0) {
 #ifndef COST_U32
         if (WEIGHTED) {
-            finish_weighted(at, value);
+            finish_weighted(at, element, value);
         } else {
-            finish_exact(at, exact_raw(value));
+            finish_exact(at, element, exact_raw(value));
         }
 #else
-        finish_exact(at, exact_raw(value));
+        finish_exact(at, element, exact_raw(value));
 #endif
     }
     if (SITES) {
-        store_index(at, is_none(value) || out_of_reach(at, value), site);
+        store_index(element, is_none(value) || out_of_reach(at, value), site);
     }
 }
 
@@ -79,5 +80,5 @@ void store_result(uint slice, uint n, uint x, cost_t value, uint nearest) {
         uvec2 ways = row_ways(push.bits, push.carries, (uint64_t(site.z) * push.y + site.y) * push.row_words, x, WIDE);
         site.x = ways.x <= ways.y ? x - ways.x : x + ways.y;
     }
-    finish_voxel(voxel_at(slice, n, x), value, site);
+    finish_voxel(voxel_at(slice, n, x), row * push.x + x, value, site);
 }

@@ -15,7 +15,8 @@ bool is_none(cost_t g) {
 #ifdef COST_U32
     return g == COST_NONE;
 #else
-    return isinf(g);
+    // By its bits: compilers may take a float comparison with infinity for granted.
+    return floatBitsToUint(g) >= 0x7f800000u;
 #endif
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // From raw distances to the caller's: the way out of the grid, the root, the cap, the scale, the type and the sign.
-// Expects `push` (fm_column_push) and the constants METRIC, SQUARED, BORDER, WEIGHTED, OUT_TYPE, INDEX_TYPE, TARGET.
+// Expects `push` (fm_column_push) and the constants METRIC, SQUARED, BORDER, BIG, WEIGHTED, OUT_TYPE, INDEX_TYPE, TARGET.
 
 uint out_size() {
     return OUT_TYPE == FM_GPU_U8 || OUT_TYPE == FM_GPU_I8 ? 1 : OUT_TYPE == FM_GPU_U16 || OUT_TYPE == FM_GPU_I16 ? 2 : 4;
@@ -30,9 +30,22 @@ uint root_floor(uint raw) {
     return root < 65535u && (root + 1) * (root + 1) <= raw ? root + 1 : root;
 }
 
-// The root of a 32-bit integer, correctly rounded, whatever the device's sqrt gives within one unit in the last place: the mantissa m
-// is the one for which (2m - 1)^2 < raw * 4 * 2^(2 * shift) < (2m + 1)^2.
-float root_exact(uint raw) {
+// The root of a whole number below 2^24, correctly rounded, from a sqrt that is a few units in the last place off. A Newton step brings
+// it within one unit; x - r^2 is then exact in one fused operation, and r is right unless that exceeds r units in the last place.
+float root_small(uint raw) {
+    float x = float(raw);
+    float r = sqrt(x);
+    r = raw == 0 ? 1.0 : r;
+    precise float newton = fma(fma(-r, r, x), 0.5 / r, r);
+    float unit = uintBitsToFloat((floatBitsToUint(newton) & 0x7f800000u) - (23u << 23));
+    precise float rest = fma(-newton, newton, x);
+    precise float limit = newton * unit;
+    newton += rest > limit ? unit : rest <= -limit ? -unit : 0.0;
+    return raw == 0 ? 0.0 : newton;
+}
+
+// The same for any 32-bit number, in 64-bit arithmetic: the mantissa m is the one for which (2m - 1)^2 < raw * 4 * 2^(2 * shift) < (2m + 1)^2.
+float root_large(uint raw) {
     if (raw == 0) {
         return 0;
     }
@@ -46,8 +59,13 @@ float root_exact(uint raw) {
     return uintBitsToFloat(guess);
 }
 
-void store_bits(uvec3 at, uint value) {
-    fm_address to = push.distance + (uint64_t(at.z * uint64_t(push.y) + at.y) * push.x + at.x) * out_size();
+float root_exact(uint raw) {
+    return BIG ? root_large(raw) : root_small(raw);
+}
+
+// `element` is the voxel's index in the volume.
+void store_bits(uint64_t element, uint value) {
+    fm_address to = push.distance + element * out_size();
     if (out_size() == 1) {
         ref_u8(to).v = uint8_t(value);
     } else if (out_size() == 2) {
@@ -73,7 +91,7 @@ uint way_out(uvec3 at) {
     return min(way.x, min(way.y, way.z));
 }
 
-void finish_exact(uvec3 at, uint raw) {
+void finish_exact(uvec3 at, uint64_t element, uint raw) {
     if (BORDER) {
         uint way = way_out(at);
         raw = min(raw, METRIC == FM_GPU_L2 ? min(way, 65535u) * min(way, 65535u) : way);
@@ -92,16 +110,16 @@ void finish_exact(uvec3 at, uint raw) {
     } else {
         bits = min(METRIC == FM_GPU_L2 && !SQUARED ? root_floor(raw) : raw, out_max());
     }
-    store_bits(at, signed_bits(bits));
+    store_bits(element, signed_bits(bits));
 }
 
 float root_weighted(float raw) {
     // One Newton step in fused arithmetic takes the error of the device's sqrt to half a unit in the last place.
     float root = sqrt(raw);
-    return raw > 0 && !isinf(raw) ? fma(fma(-root, root, raw), 0.5 / root, root) : root;
+    return raw > 0 ? fma(fma(-root, root, raw), 0.5 / root, root) : root;
 }
 
-void finish_weighted(uvec3 at, float raw) {
+void finish_weighted(uvec3 at, uint64_t element, float raw) {
     if (BORDER) {
         vec3 way = vec3(min(at + 1u, uvec3(push.x, push.y, push.z) - at));
         precise vec3 steps = METRIC == FM_GPU_L2 ? way * way : way;
@@ -112,18 +130,17 @@ void finish_weighted(uvec3 at, float raw) {
         return;
     }
     uint bits;
-    if (isinf(raw)) {
+    if (floatBitsToUint(raw) >= 0x7f800000u) {
         bits = push.none_bits;
     } else if (raw > uintBitsToFloat(push.cap_raw)) {
         bits = push.cap_bits;
     } else {
         bits = floatBitsToUint(METRIC == FM_GPU_L2 && !SQUARED ? root_weighted(raw) : raw);
     }
-    store_bits(at, signed_bits(bits));
+    store_bits(element, signed_bits(bits));
 }
 
-void store_index(uvec3 at, bool none, uvec3 site) {
-    uint64_t voxel = (uint64_t(at.z) * push.y + at.y) * push.x + at.x;
+void store_index(uint64_t voxel, bool none, uvec3 site) {
     uint64_t index = (uint64_t(site.z) * push.y + site.y) * push.x + site.x;
     if (INDEX_TYPE == FM_GPU_U64) {
         ref_u64(push.index + voxel * 8).v = none ? ~uint64_t(0) : index;

@@ -76,6 +76,13 @@ FM_PUSH_STRUCT(fm_column_push) {
     fm_float scale;
 };
 
+// Buffers are whole numbers of pieces of 16 bytes.
+FM_PUSH_STRUCT(fm_copy_push) {
+    fm_address source;
+    fm_address target;
+    fm_address pieces;
+};
+
 #ifdef __STDC__
 _Static_assert(sizeof(fm_encode_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_column_push) <= 128, "push constants are 128 bytes on every device");
