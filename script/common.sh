@@ -4,7 +4,7 @@
 
 # To build and run everything but the tests. mesa-vulkan-drivers brings the software driver along.
 FATHOM_BUILD_PACKAGES="gcc libc6-dev cmake ninja-build pkg-config zlib1g-dev libpng-dev libnifti-dev libteem-dev libargtable2-dev
-libcjson-dev libvulkan-dev libvulkan-volk-dev glslc mesa-vulkan-drivers"
+libcjson-dev libvulkan-dev glslc mesa-vulkan-drivers"
 
 # To run the tests, sanitizers and fuzzers too.
 FATHOM_TEST_PACKAGES="g++ vulkan-validationlayers clang libclang-rt-dev python3-minimal"

@@ -3,24 +3,27 @@
 
 #include "gpu/vk.h"
 
+#include <dlfcn.h>
 #include <pthread.h>
 
-#define VOLK_IMPLEMENTATION
-#include <volk.h>
-
 static pthread_once_t once = PTHREAD_ONCE_INIT;
-static VkResult loaded;
+static PFN_vkGetInstanceProcAddr loaded;  // NULL: there is no loader
 
+// It stays open: drivers leave threads and exit handlers behind.
 static void load_once(void) {
-    loaded = volkInitialize();
+    void *library = dlopen("libvulkan.so.1", RTLD_NOW | RTLD_LOCAL);
+    if (library) {
+        // ISO C has no cast from an object pointer to a function's.
+        *(void **)&loaded = dlsym(library, "vkGetInstanceProcAddr");
+    }
 }
 
 fm_result fm_vk_load_global(PFN_vkGetInstanceProcAddr *get_instance_proc_addr) {
     pthread_once(&once, load_once);
-    if (loaded != VK_SUCCESS) {
+    if (!loaded) {
         return fm_fail(FM_ERROR_NO_DEVICE, "no Vulkan loader (libvulkan.so.1) on this machine: install the package libvulkan1");
     }
-    *get_instance_proc_addr = vkGetInstanceProcAddr;
+    *get_instance_proc_addr = loaded;
     return FM_OK;
 }
 

@@ -11,8 +11,8 @@
 // The row of the nearest site never decreases along a column (Aggarwal et al. 1987). So once it is known for the first row of each
 // segment, the sites of a segment lie between its own and the next one's, and these ranges touch only at their ends: together they are
 // as long as the column. Every site of its range is then tried against all ROWS rows at once, in registers: with n = n0 + i the
-// cost less i^2 is linear in i, one fused multiply-add and one minimum a row. Sites and blocks of ROWS sites are passed over where
-// even at the segment's near edge they cannot beat the worst of its rows.
+// cost less i^2 is linear in i, one fused multiply-add and one minimum a row. Blocks of ROWS sites are passed over where even at
+// the segment's near edge they cannot beat the worst of its rows.
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
 
@@ -109,17 +109,21 @@ void find_boundary(uint segment, uint n, inout float best, out uint at) {
         edge += (turn & 1u) == 0 ? 0 : ROWS;
         if (block < SEGMENTS && could_win(fma(gap, gap, least_of(block)), best)) {
             float d = float(int(block * ROWS) - int(n));
-            uint found = FM_GPU_NONE;
+            float value[ROWS];
+            float nearest = COST_NONE;
             [[unroll]] for (uint i = 0; i < ROWS; i++) {
-                float value = fma(d + float(i), d + float(i), row_at(block * ROWS + i));
-                if (value < best) {
-                    best = value;
-                    found = i;
-                } else if (SITES && value == best && found == FM_GPU_NONE && block * ROWS + i < at) {
-                    found = i;
-                }
+                value[i] = fma(d + float(i), d + float(i), row_at(block * ROWS + i));
+                nearest = min(nearest, value[i]);
             }
-            at = found != FM_GPU_NONE ? block * ROWS + found : at;
+            if (could_win(nearest, best)) {
+                uint m = 0;
+                [[unroll]] for (uint i = 0; i < ROWS; i++) {
+                    uint k = ROWS - 1 - i;
+                    m = value[k] == nearest ? block * ROWS + k : m;
+                }
+                at = wins(nearest, m, best, at) ? m : at;
+                best = nearest;
+            }
         }
     }
 }
@@ -205,27 +209,16 @@ void main() {
         [[unroll]] for (uint i = 1; i < ROWS; i++) {
             worst = max(worst, i < count ? best[i] + float(i * i) : 0);
         }
-        float n0_steps = float(n0);
-        float n1_steps = float(n0 + count - 1);
+        // Whole blocks that cannot win are passed over; trying a single site costs less than asking whether it can.
         uint m = low + 1;
         while (m < high) {
-            // The next site that can win: most are dealt with in this short loop, so that the long body runs for many lanes at once.
-            float g = 0;
-            while (m < high) {
-                float at_m = float(m);
-                float gap = max(0.0, max(n0_steps - at_m, at_m - n1_steps));
-                g = row_at(m);
-                if (could_win(fma(gap, gap, g), worst)) {
-                    break;
-                }
-                uint block_end = (m / ROWS + 1) * ROWS;
-                float far_gap = max(gap - float(ROWS), 0.0);
-                m = could_win(fma(far_gap, far_gap, least_of(m / ROWS)), worst) ? m + 1 : block_end;
+            uint block_end = (m / ROWS + 1) * ROWS;
+            float gap = float(max(0, max(int(n0) - int(block_end) + 1, int(m) - int(n0 + count - 1))));
+            uint end = could_win(fma(gap, gap, least_of(m / ROWS)), worst) ? min(high, block_end) : m;
+            for (; m < end; m++) {
+                TRY(m, row_at(m))
             }
-            if (m < high) {
-                TRY(m, g)
-            }
-            m++;
+            m = block_end;
         }
     }
 

@@ -63,6 +63,38 @@ void finish_voxel(uvec3 at, uint64_t element, cost_t value, uvec3 site) {
     }
 }
 
+// Steps along an axis whose cost does not exceed `value`, `size` at most.
+uint steps_within(cost_t value, float weight, uint size) {
+#ifdef COST_U32
+    return min(value, size);
+#else
+    uint steps = uint(min(WEIGHTED ? value / weight : value, float(size)));
+    while (steps < size && steps_cost(steps + 1, weight) <= value) {
+        steps++;
+    }
+    while (steps > 0 && steps_cost(steps, weight) > value) {
+        steps--;
+    }
+    return steps;
+#endif
+}
+
+// The first site of slice z within Linf distance `value` of a voxel. The passes know the lowest slice with one, but within it the site that
+// is nearest in the plane, and a maximum hides that another one comes first.
+uvec3 first_of_slice(uvec3 at, uint z, cost_t value) {
+    uint reach_x = steps_within(value, push.weight_x, push.x);
+    uint reach_y = steps_within(value, push.weight_y, push.y);
+    uint begin = at.x - min(at.x, reach_x);
+    uint last_y = min(at.y + reach_y, push.y - 1);
+    for (uint y = at.y - min(at.y, reach_y); y <= last_y; y++) {
+        uint right = row_ways(push.bits, push.carries, (uint64_t(z) * push.y + y) * push.row_words, begin, WIDE).y;
+        if (right != FM_GPU_NONE && begin + right <= at.x + reach_x) {
+            return uvec3(begin + right, y, z);
+        }
+    }
+    return at;
+}
+
 // Writes what voxel n of column (slice, x) gets: its cost and, where sites are wanted, the row of its nearest site.
 void store_result(uint slice, uint n, uint x, cost_t value, uint nearest) {
     uint64_t row = row_of(slice, n);
@@ -76,9 +108,13 @@ void store_result(uint slice, uint n, uint x, cost_t value, uint nearest) {
     uvec3 site = uvec3(x, nearest, slice);
     if (SITES && !is_none(value)) {
         site.z = ALONG_Z ? nearest : slice;
-        site.y = ALONG_Z ? ref_u32(site_y_at(row_of(slice, nearest), x)).v : nearest;
-        uvec2 ways = row_ways(push.bits, push.carries, (uint64_t(site.z) * push.y + site.y) * push.row_words, x, WIDE);
-        site.x = ways.x <= ways.y ? x - ways.x : x + ways.y;
+        if (METRIC == FM_GPU_LINF) {
+            site = first_of_slice(voxel_at(slice, n, x), site.z, value);
+        } else {
+            site.y = ALONG_Z ? ref_u32(site_y_at(row_of(slice, nearest), x)).v : nearest;
+            uvec2 ways = row_ways(push.bits, push.carries, (uint64_t(site.z) * push.y + site.y) * push.row_words, x, WIDE);
+            site.x = ways.x <= ways.y ? x - ways.x : x + ways.y;
+        }
     }
     finish_voxel(voxel_at(slice, n, x), row * push.x + x, value, site);
 }
