@@ -42,6 +42,8 @@ typedef struct fm_dispatch {
 fm_result fm_commands_begin(fm_gpu *gpu, fm_slot **slot);
 // Records a dispatch. Errors leave the slot as it was but for what had been recorded: begin anew.
 fm_result fm_commands_dispatch(fm_gpu *gpu, fm_slot *slot, const fm_dispatch *dispatch);
+// What was recorded becomes visible to what follows.
+void fm_commands_barrier(fm_gpu *gpu, fm_slot *slot);
 // Ends a pass: what was recorded since the last one becomes visible to what follows, and its time is taken. The passes of a
 // slot may repeat a name; they are added up when listed.
 void fm_commands_pass(fm_gpu *gpu, fm_slot *slot, const char *name, uint64_t bytes);

@@ -174,8 +174,6 @@ void fm_vk_wanted_features(fm_vk_features *features, bool float16);
 // commands.c
 fm_result fm_commands_create(fm_gpu *gpu);
 void fm_commands_destroy(fm_gpu *gpu);
-// As `fm_commands_pass` without taking a time.
-void fm_commands_barrier(fm_gpu *gpu, fm_slot *slot);
 
 // pipeline.c
 // The pipeline of a kernel with these specialisation constants (ids 0, 1, ...), made at the first call.

@@ -8,6 +8,9 @@
 
 layout(local_size_x = 64) in;
 
+// Rows a turn: software drivers end an invocation's loops silently after 65,535 turns.
+const uint UNROLLED = 16;
+
 void main() {
     uint rows = column_rows();
     uint tiles = (push.x_end - push.x_begin + 63) / 64;
@@ -22,23 +25,25 @@ void main() {
     cost_t best = load_cost(slice, n, x);
     uint at = n;
     uint farthest = max(n, rows - 1 - n);
-    for (uint away = 1; away <= farthest; away++) {
-        cost_t bound = steps_cost(away, column_weight());
-        if (SITES ? bound > best : bound >= best) {
-            break;
-        }
-        if (away <= n) {
-            cost_t value = cost(load_cost(slice, n - away, x), int(away));
-            if (value < best || (SITES && value == best)) {
-                best = value;
-                at = n - away;
+    bool open = true;
+    for (uint begin = 1; open && begin <= farthest; begin += UNROLLED) {
+        [[unroll]] for (uint i = 0; i < UNROLLED; i++) {
+            uint away = begin + i;
+            cost_t bound = steps_cost(away, column_weight());
+            open = open && away <= farthest && !(SITES ? bound > best : bound >= best);
+            if (open && away <= n) {
+                cost_t value = cost(load_cost(slice, n - away, x), int(away));
+                if (value < best || (SITES && value == best)) {
+                    best = value;
+                    at = n - away;
+                }
             }
-        }
-        if (n + away < rows) {
-            cost_t value = cost(load_cost(slice, n + away, x), int(away));
-            if (value < best) {
-                best = value;
-                at = n + away;
+            if (open && n + away < rows) {
+                cost_t value = cost(load_cost(slice, n + away, x), int(away));
+                if (value < best) {
+                    best = value;
+                    at = n + away;
+                }
             }
         }
     }

@@ -17,7 +17,12 @@ enum {
     BIG_SQUARE = 1 << 24,      // floats hold whole numbers up to here
     MAX_SLABS = 16,
     SLAB_STEP = 32,  // voxels; keeps the rows of a slab's raw distances aligned
+    // Words of site bits that a dispatch of brute force tries: 33 loop turns each at most, and llvmpipe ends loops at 65,535.
+    BRUTE_WORDS = 992,
 };
+
+// Pairs of a voxel and a site that a dispatch of brute force tries at most: a GPU's watchdog allows a few seconds.
+static const uint64_t brute_pairs = (uint64_t)1 << 36;
 
 _Static_assert(FM_GPU_U8 == (int)FM_TYPE_U8 && FM_GPU_BITS == (int)FM_TYPE_BITS && FM_GPU_I32 == (int)FM_TYPE_I32 &&
                    FM_GPU_U64 == (int)FM_TYPE_U64,
@@ -182,6 +187,10 @@ static void fill_column_push(transform_job *job, uint64_t bits, uint64_t carries
     push->scale = (float)plan->scale;
 }
 
+static uint64_t brute_words(const fm_plan *plan) {
+    return fm_max_u64(1, fm_min_u64(BRUTE_WORDS, brute_pairs / 32 / fm_voxels(plan->shape)));
+}
+
 // Lays out the scratch memory: site bits, carries, and unless the result's own memory can serve, the raw distances of as wide a
 // slab of x as keeps the whole within four bytes a voxel.
 static fm_result lay_out(transform_job *job, uint64_t distance, uint64_t index) {
@@ -191,11 +200,12 @@ static fm_result lay_out(transform_job *job, uint64_t distance, uint64_t index) 
     uint64_t bits_bytes = fm_round_up(words * 4, 256);
     uint64_t carries_bytes = fm_round_up(words * (job->wide ? 8 : 4), 256);
     bool two_passes = plan->shape.z > 1 && !plan->brute_force;
+    bool brute_state = plan->brute_force && words > brute_words(plan);
     bool result_fits = plan->want_distance && fm_type_size(plan->distance_type) == 4 && !plan->is_signed;
     job->raw_in_result = two_passes && job->width == 4 && result_fits && !is_search(&job->along_z) && !is_scan(&job->along_y) &&
                          !is_scan(&job->along_z);
     uint64_t per_voxel = job->raw_in_result ? 0 : job->width;
-    per_voxel += plan->want_index ? 4 : 0;
+    per_voxel += !plan->want_index ? 0 : plan->brute_force ? 8 : 4;
     uint64_t budget = rows * plan->shape.x * 4;
     uint32_t pitch;
     uint64_t total;
@@ -204,9 +214,9 @@ static fm_result lay_out(transform_job *job, uint64_t distance, uint64_t index) 
         slabs++;
         job->slab = (uint32_t)fm_min_u64(fm_round_up(fm_div_up(plan->shape.x, slabs), SLAB_STEP), plan->shape.x);
         pitch = (uint32_t)fm_round_up(job->slab, 16);
-        total = bits_bytes + carries_bytes + (two_passes ? rows * pitch * per_voxel + 512 : 0);
+        total = bits_bytes + carries_bytes + (two_passes || brute_state ? rows * pitch * per_voxel + 512 : 0);
         // In place, the raw distances have the pitch of the result.
-    } while (total > budget && slabs < MAX_SLABS && !job->raw_in_result && job->slab > SLAB_STEP);
+    } while (total > budget && slabs < MAX_SLABS && !job->raw_in_result && !plan->brute_force && job->slab > SLAB_STEP);
     if (job->raw_in_result) {
         job->slab = plan->shape.x;
         pitch = plan->shape.x;
@@ -248,6 +258,21 @@ static fm_result encode(transform_job *job, bool inner) {
     return FM_OK;
 }
 
+static fm_result dispatch_brute(transform_job *job, const fm_dispatch *dispatch) {
+    const fm_plan *plan = job->plan;
+    uint64_t words = (uint64_t)plan->shape.y * plan->shape.z * job->column.row_words;
+    uint64_t step = brute_words(plan);
+    for (uint64_t first = 0; first < words; first += step) {
+        if (first > 0) {
+            fm_commands_barrier(job->gpu, job->slot);
+        }
+        job->column.first_word = first;
+        job->column.word_count = (uint32_t)fm_min_u64(step, words - first);
+        FM_TRY(fm_commands_dispatch(job->gpu, job->slot, dispatch));
+    }
+    return FM_OK;
+}
+
 // What the kernels of a pass are specialised by; the ids are those of column.glsl and scan.comp.
 static fm_result run_column(transform_job *job, const column_pass *pass, bool along_z, uint32_t source, uint32_t target,
                             bool border) {
@@ -281,7 +306,7 @@ static fm_result run_column(transform_job *job, const column_pass *pass, bool al
                             .push = &job->column,
                             .push_bytes = sizeof job->column,
                             .groups = tiles * slices * (n / pass->rows_group)};
-    FM_TRY(fm_commands_dispatch(job->gpu, job->slot, &dispatch));
+    FM_TRY(plan->brute_force ? dispatch_brute(job, &dispatch) : fm_commands_dispatch(job->gpu, job->slot, &dispatch));
 
     uint64_t voxels = slices * n * (job->column.x_end - job->column.x_begin);
     uint64_t part = carry_bytes(job) * (job->column.x_end - job->column.x_begin) / plan->shape.x;

@@ -24,14 +24,12 @@ cost_t steps_cost(uint d, float weight) {
 #ifdef COST_U32
     return METRIC == FM_GPU_L2 ? d * d : d;
 #else
-    precise float steps = float(d);
+    // Rounded in the order in which the CPU rounds: (weight * d) * d.
+    precise float along = WEIGHTED ? weight * float(d) : float(d);
     if (METRIC == FM_GPU_L2) {
-        steps = steps * steps;
+        along = along * float(d);
     }
-    if (WEIGHTED) {
-        steps = steps * weight;
-    }
-    return steps;
+    return along;
 #endif
 }
 

@@ -122,8 +122,10 @@ float root_weighted(float raw) {
 void finish_weighted(uvec3 at, uint64_t element, float raw) {
     if (BORDER) {
         vec3 way = vec3(min(at + 1u, uvec3(push.x, push.y, push.z) - at));
-        precise vec3 steps = METRIC == FM_GPU_L2 ? way * way : way;
-        precise vec3 weighted = steps * vec3(push.weight_x, push.weight_y, push.weight_z);
+        precise vec3 weighted = vec3(push.weight_x, push.weight_y, push.weight_z) * way;
+        if (METRIC == FM_GPU_L2) {
+            weighted = weighted * way;
+        }
         raw = min(raw, min(weighted.x, min(weighted.y, weighted.z)));
     }
     if (TARGET == FM_TARGET_NEGATE && raw == 0) {

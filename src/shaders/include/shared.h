@@ -65,6 +65,8 @@ FM_PUSH_STRUCT(fm_column_push) {
     fm_address distance;  // 0: not wanted
     fm_address sites_y;   // 32-bit y of the nearest site within the slice, as raw
     fm_address index;
+    fm_address first_word;  // brute force: the words of bits that this dispatch tries; `raw` and `sites_y` hold the best so far
+    fm_uint word_count;
     fm_uint x, y, z;
     fm_uint x_begin, x_end;
     fm_uint pitch;  // elements of a row of raw and sites_y
