@@ -43,16 +43,45 @@ static void timestamp(fm_gpu *gpu, fm_slot *slot) {
     gpu->vk.CmdWriteTimestamp2(slot->commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, slot->queries, slot->pass_count);
 }
 
+// Reads the times of the newest operation that has passes, whose slot may be wanted for other work.
+static fm_result keep_passes(fm_gpu *gpu) {
+    const fm_slot *slot = gpu->measured;
+    if (!slot) {
+        return FM_OK;
+    }
+    FM_TRY(fm_gpu_wait(gpu, slot->ticket));
+    uint64_t times[FM_MAX_PASSES + 1];
+    FM_VK(gpu, GetQueryPoolResults(gpu->device, slot->queries, 0, slot->pass_count + 1, sizeof times, times, sizeof times[0],
+                                   VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+    gpu->measured = NULL;
+    gpu->pass_count = 0;
+    for (uint32_t i = 0; i < slot->pass_count; i++) {
+        fm_pass pass = slot->passes[i];
+        pass.milliseconds = (double)(times[i + 1] - times[i]) * gpu->info.timestamp_period_ns * 1e-6;
+        uint32_t same = 0;
+        while (same < gpu->pass_count && strcmp(gpu->passes[same].name, pass.name) != 0) {
+            same++;
+        }
+        if (same < gpu->pass_count) {
+            gpu->passes[same].milliseconds += pass.milliseconds;
+            gpu->passes[same].bytes += pass.bytes;
+        } else {
+            gpu->passes[gpu->pass_count++] = pass;
+        }
+    }
+    return FM_OK;
+}
+
 fm_result fm_commands_begin(fm_gpu *gpu, fm_slot **result) {
     fm_slot *slot = &gpu->slots[gpu->slot];
     FM_TRY(fm_gpu_wait(gpu, slot->ticket));
+    if (gpu->measured == slot) {
+        FM_TRY(keep_passes(gpu));
+    }
     FM_VK(gpu, ResetCommandPool(gpu->device, slot->pool, 0));
     VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
                                       .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
     FM_VK(gpu, BeginCommandBuffer(slot->commands, &begin));
-    if (gpu->measured == slot) {
-        gpu->measured = NULL;
-    }
     slot->pass_count = 0;
     gpu->vk.CmdResetQueryPool(slot->commands, slot->queries, 0, FM_MAX_PASSES + 1);
     // Work of earlier submissions must be visible; it is not so by their mere order.
@@ -85,16 +114,16 @@ void fm_commands_pass(fm_gpu *gpu, fm_slot *slot, const char *name, uint64_t byt
 }
 
 fm_result fm_commands_dispatch(fm_gpu *gpu, fm_slot *slot, const fm_dispatch *dispatch) {
-    VkPipeline pipeline;
-    FM_TRY(fm_pipeline_get(gpu, dispatch->kernel, dispatch->constants, dispatch->constant_count, &pipeline));
-    gpu->vk.CmdBindPipeline(slot->commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
-    gpu->vk.CmdPushConstants(slot->commands, gpu->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, dispatch->push_bytes, dispatch->push);
     uint64_t along_x = fm_min_u64(dispatch->groups, GROUPS_PER_AXIS);
     uint64_t along_y = fm_div_up(dispatch->groups, along_x);
     if (along_y > GROUPS_PER_AXIS) {
         return fm_fail(FM_ERROR_UNSUPPORTED, "the grid needs %llu work groups: a dispatch has at most 65535 x 65535",
                        (unsigned long long)dispatch->groups);
     }
+    VkPipeline pipeline;
+    FM_TRY(fm_pipeline_get(gpu, dispatch->kernel, dispatch->constants, dispatch->constant_count, &pipeline));
+    gpu->vk.CmdBindPipeline(slot->commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
+    gpu->vk.CmdPushConstants(slot->commands, gpu->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, dispatch->push_bytes, dispatch->push);
     gpu->vk.CmdDispatch(slot->commands, (uint32_t)along_x, (uint32_t)along_y, 1);
     return FM_OK;
 }
@@ -161,32 +190,10 @@ fm_result fm_gpu_poll(fm_gpu *gpu, fm_ticket ticket, bool *complete) {
 }
 
 fm_result fm_gpu_passes(fm_gpu *gpu, uint32_t *count, fm_pass *passes) {
-    const fm_slot *slot = gpu->measured;
-    fm_pass sums[FM_MAX_PASSES];
-    uint32_t available = 0;
-    if (slot) {
-        FM_TRY(fm_gpu_wait(gpu, slot->ticket));
-        uint64_t times[FM_MAX_PASSES + 1];
-        FM_VK(gpu, GetQueryPoolResults(gpu->device, slot->queries, 0, slot->pass_count + 1, sizeof times, times, sizeof times[0],
-                                       VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
-        for (uint32_t i = 0; i < slot->pass_count; i++) {
-            fm_pass pass = slot->passes[i];
-            pass.milliseconds = (double)(times[i + 1] - times[i]) * gpu->info.timestamp_period_ns * 1e-6;
-            uint32_t same = 0;
-            while (same < available && strcmp(sums[same].name, pass.name) != 0) {
-                same++;
-            }
-            if (same < available) {
-                sums[same].milliseconds += pass.milliseconds;
-                sums[same].bytes += pass.bytes;
-            } else {
-                sums[available++] = pass;
-            }
-        }
-    }
-    uint32_t copied = fm_listing(count, available, passes != NULL);
+    FM_TRY(keep_passes(gpu));
+    uint32_t copied = fm_listing(count, gpu->pass_count, passes != NULL);
     for (uint32_t i = 0; i < copied; i++) {
-        passes[i] = sums[i];
+        passes[i] = gpu->passes[i];
     }
     return FM_OK;
 }

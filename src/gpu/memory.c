@@ -86,7 +86,7 @@ static fm_result allocate(fm_buffer *buffer, uint64_t bytes, bool exportable) {
     const VkMemoryPropertyFlags fast =
         VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT | VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
     VkMemoryPropertyFlags has = gpu->memory.memoryTypes[type].propertyFlags;
-    if (buffer->purpose == FM_PURPOSE_STAGING || (has & fast) == fast) {
+    if (buffer->purpose == FM_PURPOSE_STAGING || (gpu->maps_volumes && (has & fast) == fast)) {
         FM_VK(gpu, MapMemory(gpu->device, buffer->memory, 0, VK_WHOLE_SIZE, 0, &buffer->mapped));
     }
     return FM_OK;
@@ -101,6 +101,10 @@ fm_result fm_buffer_create(fm_gpu *gpu, fm_purpose purpose, uint64_t bytes, bool
     }
     if (bytes > gpu->info.memory) {
         return out_of_memory(gpu, bytes);
+    }
+    if (bytes > gpu->info.max_allocation - BUFFER_STEP) {
+        return fm_fail(FM_ERROR_OUT_OF_DEVICE_MEMORY, "\"%s\" cannot give %.1f MiB at once: its largest allocation is %.1f MiB",
+                       gpu->info.name, (double)bytes / 1048576.0, (double)gpu->info.max_allocation / 1048576.0);
     }
     fm_buffer *buffer = fm_alloc_zero(&gpu->allocator, sizeof *buffer, "a device buffer");
     if (!buffer) {

@@ -58,7 +58,8 @@ static fm_result create(fm_gpu *gpu, fm_pipeline *pipeline) {
 
 fm_result fm_pipeline_get(fm_gpu *gpu, fm_kernel kernel, const uint32_t *constants, uint32_t count, VkPipeline *result) {
     for (fm_pipeline *p = gpu->pipelines; p; p = p->next) {
-        if (p->kernel == kernel && p->count == count && memcmp(p->constants, constants, count * sizeof *constants) == 0) {
+        bool same = p->kernel == kernel && p->count == count;
+        if (same && (count == 0 || memcmp(p->constants, constants, count * sizeof *constants) == 0)) {
             *result = p->pipeline;
             return FM_OK;
         }
@@ -69,7 +70,9 @@ fm_result fm_pipeline_get(fm_gpu *gpu, fm_kernel kernel, const uint32_t *constan
     }
     pipeline->kernel = kernel;
     pipeline->count = count;
-    memcpy(pipeline->constants, constants, count * sizeof *constants);
+    for (uint32_t i = 0; i < count; i++) {
+        pipeline->constants[i] = constants[i];
+    }
     fm_result status = create(gpu, pipeline);
     if (status != FM_OK) {
         fm_free(&gpu->allocator, pipeline, sizeof *pipeline);

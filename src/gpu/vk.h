@@ -121,6 +121,8 @@ struct fm_gpu {
     bool owns_instance;
     bool owns_device;
     bool has_external_memory;
+    bool maps_volumes;
+    bool loaded;  // all functions of the device are there
     bool lost;
     fm_device_info info;
     VkPhysicalDeviceMemoryProperties memory;
@@ -132,7 +134,9 @@ struct fm_gpu {
     fm_pipeline *pipelines;
     fm_slot slots[FM_SLOTS];
     uint32_t slot;
-    const fm_slot *measured;  // the slot of the newest operation that has passes
+    const fm_slot *measured;  // the slot of the newest operation that has passes, until they are read
+    uint32_t pass_count;
+    fm_pass passes[FM_MAX_PASSES];  // those that were read last, equal names added up
 
     fm_buffer *scratch;
     fm_buffer *staging;
