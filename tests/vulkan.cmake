@@ -11,3 +11,5 @@ target_link_libraries(test_vulkan_fail PRIVATE Threads::Threads)
 # A machine without a driver, and one without the loader: the file that it would be is not one.
 add_test(NAME vulkan_no_driver COMMAND test_vulkan_fail --no-driver)
 set_tests_properties(vulkan_no_driver PROPERTIES ENVIRONMENT "VK_DRIVER_FILES=/nonexistent;VK_ICD_FILENAMES=/nonexistent")
+fathom_test(vulkan_adopt vulkan_adopt.c)
+target_link_libraries(test_vulkan_adopt PRIVATE ${CMAKE_DL_LIBS})
