@@ -116,7 +116,7 @@ typedef struct fm_device_info {
     uint32_t max_workgroup;   // invocations of one workgroup
     uint64_t memory;          // device-local heap, or physical memory for FM_DEVICE_HOST
     uint64_t shared_memory;   // of one workgroup
-    uint64_t max_allocation;  // largest single allocation
+    uint64_t max_allocation;  // largest single buffer; whether that much memory is free is another matter
     uint64_t max_descriptor_range;
     double timestamp_period_ns;
     bool host_visible_memory;  // the whole device-local heap can be mapped (resizable BAR or unified memory)

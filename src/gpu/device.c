@@ -142,7 +142,8 @@ void fm_vk_inspect(const fm_vk_functions *vk, VkPhysicalDevice physical, uint32_
     vk->GetPhysicalDeviceProperties2(physical, &properties);
     snprintf(info->driver, sizeof info->driver, "%.120s %.120s", v12.driverName, v12.driverInfo);
     info->subgroup_size = v11.subgroupSize;
-    info->max_allocation = v13.maxBufferSize < v11.maxMemoryAllocationSize ? v13.maxBufferSize : v11.maxMemoryAllocationSize;
+    // Not maxMemoryAllocationSize: drivers state less than they give (4 GiB where 8 GiB are had), so that is left to the attempt.
+    info->max_allocation = v13.maxBufferSize;
 
     fm_vk_features features;
     chain_features(&features);

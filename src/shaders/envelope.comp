@@ -5,12 +5,12 @@
 
 // The lower envelope of every column: out(n) = min over m of cost(in(m), n - m), exact, and the m that gives it.
 //
-// One invocation owns ROWS rows of one column; LANES adjacent columns, whole, lie in shared memory, so that a pass reads each raw distance
-// (or the bits) once, writes each once (4 bytes either way a voxel) and may work in place.
+// One invocation owns ROWS rows of one column; LANES adjacent columns, whole, lie in shared memory, so that a pass reads each raw
+// distance (or the bits) once, writes each once (4 bytes either way a voxel) and may work in place.
 //
-// The row of the nearest site never decreases along a column, for all three metrics (total monotonicity: Aggarwal et al. 1987), so once
-// it is known for the first row of each segment, a segment's other rows need look only between those of its neighbours, halving
-// the gap each time. Blocks of ROWS rows know their least cost and are passed over where even that, at the block's near
+// The row of the nearest site never decreases along a column, for all three metrics (total monotonicity: Aggarwal et al. 1987), so
+// once it is known for the first row of each segment, a segment's other rows need look only between those of its neighbours,
+// halving the gap each time. Blocks of ROWS rows know their least cost and are passed over where even that, at the block's near
 // edge, cannot win.
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
@@ -162,8 +162,8 @@ void main() {
     // A column without any site leaves every cost at none; one with a site gives every row a nearest one.
     bool found = !is_none(value);
 
-    // Row 0, then 8, then 4 and 12, and so on; kept a loop, for its body is long. The whole column was read before the first barrier, so
-    // the results may take its place.
+    // Row 0, then 8, then 4 and 12, and so on; kept a loop, for its body is long. The whole column was read before the first
+    // barrier, so the results may take its place.
     [[dont_unroll]] for (uint i = 0; i < ROWS; i++) {
         uint level = i == 0 ? 0 : uint(findMSB(i));
         uint step = (ROWS / 2) >> level;

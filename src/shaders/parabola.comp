@@ -3,14 +3,15 @@
 #include "memory.glsl"
 #include "column.glsl"
 
-// Squared Euclidean distances along a column: out(n) = min over m of in(m) + (n - m)^2, in floats that hold whole numbers below 2^24.
+// Squared Euclidean distances along a column: out(n) = min over m of in(m) + (n - m)^2, in floats that hold whole numbers below
+// 2^24.
 //
-// One invocation owns ROWS rows of one column; LANES adjacent columns, whole, lie in shared memory, so that a pass reads each raw distance
-// (or the bits) once, writes each once (4 bytes either way a voxel) and may work in place.
+// One invocation owns ROWS rows of one column; LANES adjacent columns, whole, lie in shared memory, so that a pass reads each raw
+// distance (or the bits) once, writes each once (4 bytes either way a voxel) and may work in place.
 //
 // The row of the nearest site never decreases along a column (Aggarwal et al. 1987). So once it is known for the first row of each
-// segment, the sites of a segment lie between its own and the next one's, and these ranges touch only at their ends: together they are
-// as long as the column. Every site of its range is then tried against all ROWS rows at once, in registers: with n = n0 + i the
+// segment, the sites of a segment lie between its own and the next one's, and these ranges touch only at their ends: together they
+// are as long as the column. Every site of its range is then tried against all ROWS rows at once, in registers: with n = n0 + i the
 // cost less i^2 is linear in i, one fused multiply-add and one minimum a row. Blocks of ROWS sites are passed over where even at
 // the segment's near edge they cannot beat the worst of its rows.
 
@@ -49,8 +50,8 @@ float way(uint carry) {
     return carry == FM_GPU_NONE ? COST_NONE : float(carry);
 }
 
-// Fills the tile from bits: an invocation takes whole rows of it, LANES voxels of one word each, forth for the sites to the left and
-// back for those to the right.
+// Fills the tile from bits: an invocation takes whole rows of it, LANES voxels of one word each, forth for the sites to the left
+// and back for those to the right.
 void load_from_bits(uint slice, uint x0, uint length) {
     uint shift = x0 & 31u;
     for (uint n = gl_LocalInvocationIndex; n < SEGMENTS * ROWS; n += LANES * SEGMENTS) {
@@ -80,7 +81,8 @@ void load_from_bits(uint slice, uint x0, uint length) {
     }
 }
 
-// The nearest site of a segment's first row n: first the blocks' least rows alone, for a good bound, then every block that can beat it.
+// The nearest site of a segment's first row n: first the blocks' least rows alone, for a good bound, then every block that can beat
+// it.
 void find_boundary(uint segment, uint n, inout float best, out uint at) {
     at = n;
     if (best == 0) {

@@ -3,9 +3,10 @@
 #include "memory.glsl"
 #include "shared.h"
 
-// Manhattan distances along a column: out(n) = min over m of in(m) + |n - m|, as two min-plus scans held in registers.
-// One invocation owns four adjacent x and ROWS rows of one slice; SEGMENTS invocations make up a column and exchange what leaves their
-// ends through shared memory. A pass reads each raw distance (or the bits) once and writes each once: 1 to 4 bytes either way a voxel.
+// Manhattan distances along a column: out(n) = min over m of in(m) + |n - m|, as two min-plus scans held in registers. One
+// invocation owns four adjacent x and ROWS rows of one slice; SEGMENTS invocations make up a column and exchange what leaves their
+// ends through shared memory. A pass reads each raw distance (or the bits) once and writes each once: 1 to 4 bytes either way a
+// voxel.
 //
 // SCAN_F16 packs two distances into a pair of halves, offset by 1024: whole numbers stay exact to 2047, the bytes of the packed
 // distances are the low bytes of the halves, and 255 stands for 255 and more. The other form counts in 32 bits.
@@ -130,8 +131,9 @@ quad_t quad_of(uvec4 v) {
 
 #ifdef SCAN_F16
 // Steps to the nearest set bit of four, a byte each; 255 where none is set.
-const uint NEAREST_OF_FOUR[16] = {0xffffffffu, 0x03020100u, 0x02010001u, 0x02010000u, 0x01000102u, 0x01000100u, 0x01000001u, 0x01000000u,
-                                  0x00010203u, 0x00010100u, 0x00010001u, 0x00010000u, 0x00000102u, 0x00000100u, 0x00000001u, 0x00000000u};
+const uint NEAREST_OF_FOUR[16] = {
+    0xffffffffu, 0x03020100u, 0x02010001u, 0x02010000u, 0x01000102u, 0x01000100u, 0x01000001u, 0x01000000u,
+    0x00010203u, 0x00010100u, 0x00010001u, 0x00010000u, 0x00000102u, 0x00000100u, 0x00000001u, 0x00000000u};
 shared uint nearest_of_four[16];
 #endif
 
@@ -252,14 +254,15 @@ void main() {
         barrier();
     }
 #endif
-    // Rows and columns past the end load what the last ones do and are made far afterwards: a load that hangs on no condition can be
-    // started before the one in front has arrived.
+    // Rows and columns past the end load what the last ones do and are made far afterwards: a load that hangs on no condition can
+    // be started before the one in front has arrived.
     uint rows = column_rows();
     uint load_x = min(x, (push.x_end - 1) & ~3u);
     uint64_t row_first = row_of(slice, 0);
     uint64_t row_step = row_of(slice, 1) - row_first;
-    fm_address at = SOURCE == FM_SOURCE_BITS ? push.bits + (row_first * push.row_words + (load_x >> 5)) * 4 : raw_at(row_first, load_x, WIDTH);
-    fm_address carry_at = push.carries + (row_first * push.row_words + (load_x >> 5)) * (WIDE ? 8 : 4);
+    uint64_t first_word = row_first * push.row_words + (load_x >> 5);
+    fm_address at = SOURCE == FM_SOURCE_BITS ? push.bits + first_word * 4 : raw_at(row_first, load_x, WIDTH);
+    fm_address carry_at = push.carries + first_word * (WIDE ? 8 : 4);
     uint64_t step = row_step * (SOURCE == FM_SOURCE_BITS ? push.row_words * 4 : push.pitch * WIDTH);
     uint64_t carry_step = row_step * push.row_words * (WIDE ? 8 : 4);
     fetched_t fetched[ROWS];
