@@ -104,9 +104,10 @@ static void test_transfer(fm_context *context, uint32_t bytes) {
         CHECK_OK(fm_volume_download(b, got));
         CHECK(memcmp(got, sent, bytes) == 0 && got[bytes] == 0x5a);
         // The download used the command buffers; the copy's time is still to be had.
-        uint32_t count = 0;
-        CHECK_OK(fm_context_passes(context, &count, NULL));
-        CHECK(count == 1);
+        uint32_t count = 1;
+        fm_pass pass = {0};
+        CHECK_OK(fm_context_passes(context, &count, &pass));
+        CHECK(count == 1 && pass.bytes == 2 * (uint64_t)bytes);
     }
     free(sent);
     free(got);
