@@ -123,5 +123,7 @@ static void brute_rows(void *user, uint64_t begin, uint64_t end, uint32_t worker
 void fm_brute_transform(fm_context *context, const fm_plan *plan, const fm_sites *sites, void *distance, void *index) {
     brute_job job = {plan, sites, distance, index};
     fm_pool_run(context->pool, (uint64_t)plan->shape.y * plan->shape.z, 1, brute_rows, &job);
-    fm_passes_end(context, "brute force", 0);
+    const uint64_t distances = distance ? fm_voxels(plan->shape) * fm_type_size(plan->distance_type) : 0;
+    const uint64_t indices = index ? fm_voxels(plan->shape) * fm_type_size(plan->index_type) : 0;
+    fm_passes_end(context, "brute force", fm_sites_bytes(plan->shape) + distances + indices);
 }

@@ -18,6 +18,9 @@
 
 #define FM_RAW_NONE UINT32_MAX
 
+// For functions whose arguments choose a variant: a copy each, with the choice made.
+#define FM_INLINE inline __attribute__((always_inline))
+
 typedef struct fm_plan {
     fm_shape shape;
     fm_metric metric;
@@ -59,6 +62,10 @@ typedef struct fm_sites {
     fm_shape shape;
     const uint32_t *words;
 } fm_sites;
+
+static inline uint64_t fm_sites_bytes(fm_shape shape) {
+    return (uint64_t)fm_bits_row_words(shape) * shape.y * shape.z * sizeof(uint32_t);
+}
 
 // Host backend: fills `distance` and `index` (either may be NULL) from the sites, with `scratch` of fm_cpu_scratch_bytes bytes.
 // Cannot fail: whatever it needs is in the scratch.

@@ -6,13 +6,12 @@
 // 16-bit and 8-bit sums saturate; 32-bit ones must not overflow. `clear_where(words, first)`: all ones in the lanes whose bit is 0,
 // from bit `first` on, a multiple of the lanes. `equals_32`, `at_least_32`: 32 comparisons as bits.
 
+#include "transform/plan.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
-
-// For functions whose arguments choose a variant: a copy each, with the choice made.
-#define FM_INLINE inline __attribute__((always_inline))
 
 #if defined(__AVX512BW__) && defined(__AVX512VL__)
 #include <immintrin.h>

@@ -262,6 +262,6 @@ fm_result fm_sites_encode(fm_context *context, const fm_plan *plan, fm_type type
     }
     uint64_t bytes = 0;
     FM_TRY(fm_array_bytes(plan->shape, type, &bytes));
-    fm_passes_end(context, "encode", bytes + rows * fm_bits_row_words(plan->shape) * 4);
+    fm_passes_end(context, "encode", bytes + fm_sites_bytes(plan->shape));
     return FM_OK;
 }
