@@ -8,9 +8,12 @@ set_tests_properties(vulkan_oracle PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1200)
 fathom_test(vulkan_fail vulkan_fail.c)
 find_package(Threads REQUIRED)
 target_link_libraries(test_vulkan_fail PRIVATE Threads::Threads)
-# A machine without a driver, and one without the loader: the file that it would be is not one.
+# A machine without a driver, and one without the loader: what has its name is no library.
 add_test(NAME vulkan_no_driver COMMAND test_vulkan_fail --no-driver)
 set_tests_properties(vulkan_no_driver PROPERTIES ENVIRONMENT "VK_DRIVER_FILES=/nonexistent;VK_ICD_FILENAMES=/nonexistent")
+file(WRITE ${CMAKE_CURRENT_BINARY_DIR}/no_loader/libvulkan.so.1 "no library\n")
+add_test(NAME vulkan_no_loader COMMAND test_vulkan_fail --no-driver)
+set_tests_properties(vulkan_no_loader PROPERTIES ENVIRONMENT "LD_LIBRARY_PATH=${CMAKE_CURRENT_BINARY_DIR}/no_loader")
 fathom_test(vulkan_adopt vulkan_adopt.c)
 target_link_libraries(test_vulkan_adopt PRIVATE ${CMAKE_DL_LIBS})
 fathom_test(vulkan_large vulkan_large.c)
