@@ -5,9 +5,34 @@
 #include "commands.h"
 #include "files.h"
 #include "report.h"
+#include "stats.h"
 
 #include <inttypes.h>
 #include <stdio.h>
+
+// A value as the options take it, into `text`.
+static const char *number(const fm_file_info *info, long double value, char text[64]) {
+    const int digits = info->type == FM_TYPE_F32 ? 9 : info->type == FM_TYPE_F64 ? 17 : 0;
+    snprintf(text, 64, digits ? "%.*Lg" : "%.*Lf", digits, value);
+    return text;
+}
+
+static void print_stats(const fm_file_info *info, const stats *s) {
+    char least[64], most[64];
+    printf("    values    %s to %s", number(info, s->min, least), number(info, s->max, most));
+    if (s->integer) {
+        printf(s->more ? ", more than %" PRIu64 " different" : ", %" PRIu64 " different", s->distinct);
+    }
+    printf("\n    non-zero  %" PRIu64 " of %" PRIu64 " (%.1f %%)\n", s->nonzero, s->voxels,
+           100 * (double)s->nonzero / (double)s->voxels);
+    if (s->nan || s->infinite) {
+        printf("    no number %" PRIu64 " NaN, %" PRIu64 " infinite\n", s->nan, s->infinite);
+    }
+    for (uint32_t i = 0; i < s->listed; i++) {
+        printf("%s %s: %" PRIu64 " voxels\n", i == 0 ? "    commonest" : "             ", number(info, s->values[i].value, least),
+               s->values[i].voxels);
+    }
+}
 
 static void print_info(const char *path, const fm_file_info *info) {
     char text[32];
@@ -32,7 +57,32 @@ static void print_info(const char *path, const fm_file_info *info) {
     }
 }
 
-static bool print_json(const char *path, const fm_file_info *info) {
+static cJSON *stats_json(const fm_file_info *info, const stats *s) {
+    char text[64];
+    cJSON *object = cJSON_CreateObject();
+    // As text, for integers that a double cannot hold.
+    cJSON_AddRawToObject(object, "min", number(info, s->min, text));
+    cJSON_AddRawToObject(object, "max", number(info, s->max, text));
+    cJSON_AddNumberToObject(object, "voxels", (double)s->voxels);
+    cJSON_AddNumberToObject(object, "nonzero", (double)s->nonzero);
+    cJSON_AddNumberToObject(object, "nan", (double)s->nan);
+    cJSON_AddNumberToObject(object, "infinite", (double)s->infinite);
+    if (!s->integer) {
+        return object;
+    }
+    cJSON_AddItemToObject(object, "distinct", s->more ? cJSON_CreateNull() : cJSON_CreateNumber((double)s->distinct));
+    cJSON *commonest = cJSON_AddArrayToObject(object, "commonest");
+    for (uint32_t i = 0; i < s->listed; i++) {
+        cJSON *value = cJSON_CreateObject();
+        cJSON_AddRawToObject(value, "value", number(info, s->values[i].value, text));
+        cJSON_AddNumberToObject(value, "voxels", (double)s->values[i].voxels);
+        cJSON_AddItemToArray(commonest, value);
+    }
+    return object;
+}
+
+// `s` NULL: not wanted.
+static bool print_json(const char *path, const fm_file_info *info, const stats *s) {
     cJSON *root = cJSON_CreateObject();
     cJSON_AddStringToObject(root, "path", path);
     cJSON_AddStringToObject(root, "format", fm_format_name(info->format));
@@ -53,33 +103,59 @@ static bool print_json(const char *path, const fm_file_info *info) {
         cJSON_AddNumberToObject(root, "palette_count", info->palette_count);
     }
     cJSON_AddStringToObject(root, "note", info->note);
+    if (s) {
+        cJSON_AddItemToObject(root, "stats", stats_json(info, s));
+    }
     return report_json(stdout, root);
+}
+
+// Looks at the header, and at the voxels only where that is needed: for their statistics, and as a pipe can be read only once.
+static int describe(const char *path, const fm_read_desc *desc, bool wants_stats, bool json) {
+    fm_file_info info;
+    stats found;
+    if (wants_stats || files_is_pipe(path)) {
+        fm_volume *volume;
+        int status = files_read(path, desc, false, &volume, &info);
+        if (status != CLI_DONE) {
+            return status;
+        }
+        const bool counted = !wants_stats || stats_of(volume, &found);
+        fm_volume_destroy(volume);
+        if (!counted) {
+            return cli_fail("out of memory for the statistics: free some");
+        }
+    } else if (fm_file_probe(path, desc, &info) != FM_OK) {
+        return cli_library_failed();
+    }
+    if (json) {
+        const bool printed = print_json(path, &info, wants_stats ? &found : NULL);
+        return printed ? CLI_DONE : cli_fail("out of memory for the description: free some");
+    }
+    print_info(path, &info);
+    if (wants_stats) {
+        print_stats(&info, &found);
+    }
+    return CLI_DONE;
 }
 
 int command_info(int argc, char **argv) {
     static const cli_help help = {"info", "Describes a file from its header.",
                                   "fathom info scan.nii.gz\nfathom info scene.vox --json\n"
+                                  "fathom info labels.npy --stats\n"
                                   "fathom info dump.bin --shape 64,64,32 --input-type u16\n"};
     cli_args args = {0};
     files_input input;
-    struct arg_str *path = cli_add(&args, arg_str1(NULL, NULL, "FILE", "the file"));
+    struct arg_str *path =
+        cli_add(&args, arg_str1(NULL, NULL, "FILE", "the file; - reads standard input, .npy unless told otherwise"));
+    struct arg_lit *wants_stats = cli_add(
+        &args, arg_lit0(NULL, "stats", "read the voxels too: their range, how many are not 0, and the commonest whole numbers"));
     files_input_add(&args, &input);
     struct arg_lit *json = cli_add(&args, arg_lit0(NULL, "json", "print JSON"));
     int status;
     if (cli_parse(&args, &help, argc, argv, &status)) {
         fm_read_desc desc;
-        fm_file_info info;
-        status = CLI_USAGE;
-        if (files_input_desc(&input, &desc)) {
-            if (fm_file_probe(path->sval[0], &desc, &info) != FM_OK) {
-                status = cli_library_failed();
-            } else if (json->count) {
-                status = print_json(path->sval[0], &info) ? CLI_DONE : cli_fail("out of memory for the description: free some");
-            } else {
-                print_info(path->sval[0], &info);
-                status = CLI_DONE;
-            }
-        }
+        status =
+            files_input_desc(&input, &desc) ? describe(path->sval[0], &desc, wants_stats->count > 0, json->count > 0) : CLI_USAGE;
     }
     cli_free(&args);
     return status;

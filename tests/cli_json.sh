@@ -23,4 +23,6 @@ has 'd["backend"] == "cpu" and d["device"]["kind"] == "host" and d["output"] == 
 has 'len(d["passes"]) > 0 and all(p["milliseconds"] >= 0 and p["bytes"] > 0 for p in d["passes"]) and d["wall_milliseconds"] > 0'
 ends 0 transform 'a "b".npy' f.npy --json --spacing 1,2,3 --metric l1 --signed --indices i.npy --slice s.png
 has 'd["spacing"] == [1, 2, 3] and d["signed"] and d["metric"] == "l1" and d["indices"] == "i.npy" and d["slice"] == "s.png"'
+ends 0 info 'a "b".npy' --json --stats
+has 'd["stats"]["voxels"] == 1000 and d["stats"]["min"] == 0 and sum(v["voxels"] for v in d["stats"]["commonest"]) == 1000'
 finish

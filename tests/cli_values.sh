@@ -37,6 +37,22 @@ gives '0 0 0 0 0 0 0' f4 --threshold 0
 gives '1 0.5 0 0.5 0.5 0 0' f4 --spacing 0.5,1,1
 gives '1 0.5 0 0.5 0.5 0 0' f4 --spacing 0.5,3,2
 
+# Statistics, of whole numbers and of floats, from a file and from a pipe.
+ends 0 info row.raw --shape 7,1,1 --input-type u8 --stats
+for text in 'values    0 to 7, 3 different' 'non-zero  3 of 7 (42.9 %)' 'commonest 0: 4 voxels' '7: 2 voxels'; do
+    grep -q "$text" "$work/.out" || bad "--stats lacks \"$text\": $(cat "$work/.out")"
+done
+grep -q NaN "$work/.out" && bad "--stats of integers counts NaN"
+printf '\000\000\200\277\000\000\300\177\000\000\200\177\000\000\000\100' >"$work/floats.raw"
+ends 0 info floats.raw --shape 4,1,1 --input-type f32 --stats
+for text in 'values    -1 to 2$' 'non-zero  4 of 4' '1 NaN, 1 infinite'; do
+    grep -q "$text" "$work/.out" || bad "--stats of floats lacks \"$text\": $(cat "$work/.out")"
+done
+printf '\377\377\377\377\377\377\377\377\376\377\377\377\377\377\377\377' >"$work/wide.raw"
+"$fathom" info - --shape 2,1,1 --input-type u64 --stats <"$work/wide.raw" >"$work/.out" || bad "info of a pipe"
+grep -q '18446744073709551614 to 18446744073709551615, 2 different' "$work/.out" || bad "--stats of u64: $(cat "$work/.out")"
+rm "$work/floats.raw" "$work/wide.raw"
+
 # A grid three slices deep and wide, so that what lies outside is one step from its rim.
 head -c 27 /dev/zero >"$work/cube.raw"
 ends 0 transform cube.raw field.raw --shape 3,3,3 --input-type u8 --type u8 --metric l1 --outside solid
