@@ -18,8 +18,7 @@ static int convert(const char *in, const fm_read_desc *read, const char *out, co
     if (status != CLI_DONE) {
         return status;
     }
-    files_outputs outputs = {0};
-    status = files_write(&outputs, out, volume, write, quiet);
+    status = files_write(out, volume, write, quiet);
     fm_volume_destroy(volume);
     if (status == CLI_DONE && !quiet && !files_is_pipe(out)) {
         printf("%s: %u x %u x %u, %s%s%s\n", out, info.shape.x, info.shape.y, info.shape.z, fm_type_name(info.type),

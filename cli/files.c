@@ -4,7 +4,11 @@
 #include "progress.h"
 
 #include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <signal.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -14,8 +18,8 @@ bool files_is_pipe(const char *path) {
 }
 
 void files_input_add(cli_args *args, files_input *input) {
-    input->format =
-        cli_add(args, arg_str0(NULL, "input-format", "FORMAT", "read as npy, raw, nrrd, nifti, vox, binvox or octomap"));
+    input->format = cli_add(
+        args, arg_str0(NULL, "input-format", "FORMAT", "read as npy, raw, nrrd, nifti, vox, binvox, octomap, 3dmap or vxl"));
     input->shape = cli_add(args, arg_str0(NULL, "shape", "X,Y,Z", "shape of a bare raw file"));
     input->type = cli_add(args, arg_str0(NULL, "input-type", "TYPE", "element type of a bare raw file, e.g. u8"));
     input->offset = cli_add(args, arg_str0(NULL, "offset", "BYTES", "bytes before the first element of a bare raw file"));
@@ -65,6 +69,18 @@ int files_read(const char *path, const fm_read_desc *desc, bool quiet, fm_volume
     return result == FM_OK ? CLI_DONE : cli_library_failed();
 }
 
+// False when the name is too long.
+static bool directory_of(const char *path, char directory[PATH_MAX]) {
+    const char *slash = strrchr(path, '/');
+    const size_t length = !slash || slash == path ? 1 : (size_t)(slash - path);
+    if (length >= PATH_MAX) {
+        return false;
+    }
+    memcpy(directory, slash ? path : ".", length);
+    directory[length] = '\0';
+    return true;
+}
+
 int files_output_check(const char *path) {
     if (files_is_pipe(path)) {
         return CLI_DONE;
@@ -78,15 +94,9 @@ int files_output_check(const char *path) {
             return CLI_DONE;
         }
     }
-    char directory[4096] = ".";
-    const char *slash = strrchr(path, '/');
-    if (slash) {
-        size_t length = slash == path ? 1 : (size_t)(slash - path);
-        if (length >= sizeof directory) {
-            return cli_fail("the name of the output has more than %zu bytes: use a shorter one", sizeof directory - 1);
-        }
-        memcpy(directory, path, length);
-        directory[length] = '\0';
+    char directory[PATH_MAX];
+    if (!directory_of(path, directory)) {
+        return cli_fail("the name of the output has more than %zu bytes: use a shorter one", sizeof directory - 1);
     }
     if (access(directory, W_OK | X_OK) != 0) {
         return cli_fail("%s: %s: make the directory %s, or name one that can be written", path, strerror(errno), directory);
@@ -94,31 +104,88 @@ int files_output_check(const char *path) {
     return CLI_DONE;
 }
 
-void files_written(files_outputs *outputs, const char *path) {
-    outputs->paths[outputs->count++] = path;
-}
-
-void files_discard(const files_outputs *outputs) {
-    for (int i = 0; i < outputs->count; i++) {
-        struct stat status;
-        if (!files_is_pipe(outputs->paths[i]) && lstat(outputs->paths[i], &status) == 0 && S_ISREG(status.st_mode)) {
-            unlink(outputs->paths[i]);
-        }
-    }
-}
-
-int files_write(files_outputs *outputs, const char *path, const fm_volume *volume, const fm_write_desc *desc, bool quiet) {
+int files_write(const char *path, const fm_volume *volume, const fm_write_desc *desc, bool quiet) {
     progress bar = progress_begin("writing", !quiet);
     fm_write_desc told = *desc;
     told.progress = progress_step;
     told.progress_user = &bar;
     fm_result result = fm_file_write(path, volume, &told);
     progress_end(&bar);
-    if (result != FM_OK) {
-        int status = cli_library_failed();
-        files_discard(outputs);
-        return status;
+    return result == FM_OK ? CLI_DONE : cli_library_failed();
+}
+
+static bool put_text(int fd, const char *text, size_t size) {
+    while (size > 0) {
+        ssize_t count = write(fd, text, size);
+        if (count < 0 && errno != EINTR) {
+            return false;
+        }
+        text += count < 0 ? 0 : count;
+        size -= count < 0 ? 0 : (size_t)count;
     }
-    files_written(outputs, path);
+    return true;
+}
+
+static int replace_text(const char *path, const char *text, size_t size) {
+    char temporary[PATH_MAX + 16];
+    char real[PATH_MAX];
+    // A link stays one.
+    const char *target = realpath(path, real) ? real : path;
+    snprintf(temporary, sizeof temporary, "%s.XXXXXX", target);
+    int fd = mkostemp(temporary, O_CLOEXEC);
+    if (fd < 0) {
+        return cli_fail("%s: %s: name a file that can be written", path, strerror(errno));
+    }
+    struct stat status;
+    const mode_t mask = umask(0);
+    umask(mask);
+    bool good = fchmod(fd, stat(path, &status) == 0 ? status.st_mode & 07777 : 0666 & ~mask) == 0;
+    good = put_text(fd, text, size) && good;
+    good = close(fd) == 0 && good;
+    if (!good || rename(temporary, target) != 0) {
+        int code = errno;
+        unlink(temporary);
+        return cli_fail("%s: cannot be written to the end: %s", path, strerror(code));
+    }
     return CLI_DONE;
+}
+
+int files_write_text(const char *path, const char *text, size_t size) {
+    struct stat status;
+    if (stat(path, &status) == 0 && !S_ISREG(status.st_mode)) {
+        int fd = open(path, O_WRONLY | O_CLOEXEC | O_NOCTTY);
+        bool good = fd >= 0 && put_text(fd, text, size);
+        int code = errno;
+        if (fd >= 0) {
+            close(fd);
+        }
+        return good ? CLI_DONE : cli_fail("%s: cannot be written: %s", path, strerror(code));
+    }
+    // The text is ready: an interruption can wait for the moment that its file takes.
+    sigset_t all, before;
+    sigfillset(&all);
+    sigprocmask(SIG_SETMASK, &all, &before);
+    int result = replace_text(path, text, size);
+    sigprocmask(SIG_SETMASK, &before, NULL);
+    return result;
+}
+
+bool files_same(const char *a, const char *b) {
+    if (!a || !b) {
+        return false;
+    }
+    if (files_is_pipe(a) || files_is_pipe(b)) {
+        return files_is_pipe(a) && files_is_pipe(b);
+    }
+    struct stat first, second;
+    if (stat(a, &first) == 0 && stat(b, &second) == 0) {
+        return first.st_dev == second.st_dev && first.st_ino == second.st_ino;
+    }
+    const char *slash_a = strrchr(a, '/'), *slash_b = strrchr(b, '/');
+    if (strcmp(slash_a ? slash_a + 1 : a, slash_b ? slash_b + 1 : b) != 0) {
+        return false;
+    }
+    char directory[PATH_MAX];
+    return directory_of(a, directory) && stat(directory, &first) == 0 && directory_of(b, directory) &&
+           stat(directory, &second) == 0 && first.st_dev == second.st_dev && first.st_ino == second.st_ino;
 }

@@ -2,7 +2,7 @@
 #ifndef FM_CLI_FILES_H
 #define FM_CLI_FILES_H
 
-// Files as subcommands take them: the options of an input, progress on a terminal, and outputs that come all or none.
+// Files as subcommands take them: the options of an input, progress on a terminal, and outputs that appear when they are whole.
 
 #include "cli.h"
 
@@ -19,21 +19,17 @@ bool files_input_desc(const files_input *input, fm_read_desc *desc);
 // Reads `path` into host memory, with a progress bar when that takes long and stderr is a terminal. Returns an exit code.
 int files_read(const char *path, const fm_read_desc *desc, bool quiet, fm_volume **volume, fm_file_info *info);
 
-// Files that a command has written, so that a failure later on leaves none of them.
-typedef struct files_outputs {
-    const char *paths[4];
-    int count;
-} files_outputs;
-
 // Says early what would fail only after the work: a directory that is not there or cannot be written. Returns an exit code.
 int files_output_check(const char *path);
 
-// Writes like fm_file_write, with a progress bar, and notes the name. Returns an exit code; on failure the files noted are removed.
-int files_write(files_outputs *outputs, const char *path, const fm_volume *volume, const fm_write_desc *desc, bool quiet);
-// Notes a file that was written otherwise.
-void files_written(files_outputs *outputs, const char *path);
-void files_discard(const files_outputs *outputs);
+// Writes like fm_file_write, with a progress bar. Returns an exit code.
+int files_write(const char *path, const fm_volume *volume, const fm_write_desc *desc, bool quiet);
+
+// Puts `size` bytes of text into a file that appears when it is whole. Returns an exit code.
+int files_write_text(const char *path, const char *text, size_t size);
 
 bool files_is_pipe(const char *path);
+// Whether two names stand for one file, be it there already or not. NULL is the same as nothing.
+bool files_same(const char *a, const char *b);
 
 #endif

@@ -34,11 +34,10 @@ static int write_scene(const fm_scene *scene, const fm_scene_desc *desc, const c
         return cli_library_failed();
     }
     fm_scene_fill_threads(scene, desc, 0, desc->shape.z, 0, fm_volume_data(volume));
-    files_outputs outputs = {0};
     if (fm_volume_set_palette(volume, fm_scene_palette()) != FM_OK) {
         status = cli_library_failed();
     } else {
-        status = files_write(&outputs, path, volume, write, quiet);
+        status = files_write(path, volume, write, quiet);
     }
     fm_volume_destroy(volume);
     if (status == CLI_DONE && !quiet && !files_is_pipe(path)) {

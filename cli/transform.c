@@ -61,26 +61,36 @@ static fm_result compute(const transform_request *request, fm_context *context, 
     return result;
 }
 
-static int write_all(const transform_request *request, fm_volume *distance, fm_volume *indices) {
-    static const fm_write_desc plain = {0};
-    files_outputs outputs = {0};
+static int write_pending(const transform_request *request, fm_volume *distance, fm_volume *indices, fm_file_batch *batch) {
     if (request->slice) {
         fm_volume_desc about;
         fm_volume_info(distance, &about);
         const bool integer = about.type != FM_TYPE_F32;
-        const fm_slice_desc slice = {.mark_largest = integer && !request->desc.saturate && request->desc.max_distance == 0};
+        const fm_slice_desc slice = {.mark_largest = integer && !request->desc.saturate && request->desc.max_distance == 0,
+                                     .batch = batch};
         if (fm_slice_png(distance, 2, about.shape.z / 2, &slice, request->slice, NULL) != FM_OK) {
             return cli_library_failed();
         }
-        files_written(&outputs, request->slice);
     }
-    if (indices) {
-        int status = files_write(&outputs, request->indices, indices, &plain, request->quiet);
-        if (status != CLI_DONE) {
-            return status;
-        }
+    const fm_write_desc plain = {.batch = batch};
+    int status = indices ? files_write(request->indices, indices, &plain, request->quiet) : CLI_DONE;
+    fm_write_desc field = request->write;
+    field.batch = batch;
+    return status == CLI_DONE ? files_write(request->out, distance, &field, request->quiet) : status;
+}
+
+// All files or none.
+static int write_all(const transform_request *request, fm_volume *distance, fm_volume *indices) {
+    fm_file_batch *batch;
+    if (fm_file_batch_create(NULL, &batch) != FM_OK) {
+        return cli_library_failed();
     }
-    return files_write(&outputs, request->out, distance, &request->write, request->quiet);
+    int status = write_pending(request, distance, indices, batch);
+    if (status == CLI_DONE && fm_file_batch_commit(batch) != FM_OK) {
+        status = cli_library_failed();
+    }
+    fm_file_batch_destroy(batch);
+    return status;
 }
 
 static void report_text(FILE *stream, const transform_request *request, const transform_outcome *outcome) {
@@ -305,10 +315,6 @@ static bool read_numbers(const transform_args *a, transform_request *r) {
     return !a->threads->count || cli_uint32("--threads", a->threads->sval[0], 1, &r->context.threads);
 }
 
-static bool same(const char *a, const char *b) {
-    return a && b && strcmp(a, b) == 0;
-}
-
 // What contradicts itself whatever the file holds.
 static bool check_combinations(const transform_args *a, const transform_request *r) {
     const char *wrong = NULL;
@@ -320,8 +326,8 @@ static bool check_combinations(const transform_args *a, const transform_request 
         wrong = "--device is given with --backend cpu: it names a Vulkan device";
     } else if (a->spacing->count && r->type != FM_TYPE_F32) {
         wrong = "--spacing is given with an integer --type: distances in world units need --type f32";
-    } else if (same(r->out, r->indices) || same(r->out, r->slice) || same(r->indices, r->slice)) {
-        wrong = "two outputs have the same name: give each its own";
+    } else if (files_same(r->out, r->indices) || files_same(r->out, r->slice) || files_same(r->indices, r->slice)) {
+        wrong = "two outputs are the same file: give each its own name";
     } else if (r->slice && files_is_pipe(r->slice)) {
         wrong = "--slice is -: a picture needs a file name";
     }

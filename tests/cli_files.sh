@@ -87,6 +87,30 @@ if [ -w /dev/full ]; then
     "$fathom" devices >/dev/full 2>"$work/.err" && bad "a full standard output of devices was not noticed"
 fi
 
+# Outputs that fail late take nothing along: neither files that were there before, nor new ones.
+long=$(printf '%0252d' 0).npy
+echo PRECIOUS >"$work/i.npy"
+ends 1 transform a.npy "$long" --indices i.npy --slice s.png --quiet
+[ "$(cat "$work/i.npy")" = PRECIOUS ] || bad "a name that is too long changed another output"
+ends 1 transform a.npy /dev/full --indices i.npy --slice s.png --quiet
+[ "$(cat "$work/i.npy")" = PRECIOUS ] || bad "a full disk changed another output"
+holds a.npy i.npy nan.raw row.npy short.npy some.raw text.npy
+ends 0 transform a.npy d.npy --indices i.npy --slice s.png --quiet
+ends 0 info i.npy
+rm "$work/i.npy" "$work/d.npy" "$work/s.png"
+
+# One file under two names.
+mkdir "$work/sub"
+ends 2 transform a.npy d.npy --indices ./d.npy
+says 'same file'
+ends 2 transform a.npy d.npy --indices "$work/sub/../d.npy"
+cp "$work/a.npy" "$work/d.npy"
+ln -s d.npy "$work/link.npy"
+ends 2 transform a.npy d.npy --indices link.npy
+cmp -s "$work/a.npy" "$work/d.npy" || bad "a refused command changed its output"
+ends 0 transform a.npy d.npy --indices sub/d.npy --quiet
+rm -r "$work/sub" "$work/d.npy" "$work/link.npy"
+
 # A failure leaves what was there before.
 cp "$work/a.npy" "$work/out.npy"
 ends 1 transform text.npy out.npy

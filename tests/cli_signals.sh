@@ -43,4 +43,17 @@ kill -INT "$writer"
 wait "$writer"
 [ "$(cat out/field.npy.gz)" = kept ] || bad "an interrupted write changed what was there"
 [ "$(ls -A out)" = field.npy.gz ] || bad "an interrupted write left $(ls -A out)"
+
+# Between two outputs: the first, which is complete, must not be there without the second.
+rm out/field.npy.gz
+env --default-signal=INT "$fathom" transform a.npy out/field.npy.gz --indices out/indices.npy --quiet &
+writer=$!
+tries=0
+while [ "$(ls -A out | wc -l)" -lt 2 ] && [ "$tries" -lt 3000 ]; do
+    tries=$((tries + 1))
+    sleep 0.01
+done
+kill -INT "$writer"
+wait "$writer"
+[ -z "$(ls -A out)" ] || bad "SIGINT between two outputs left $(ls -A out)"
 finish

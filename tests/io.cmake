@@ -2,6 +2,7 @@
 fathom_test(io_roundtrip io_roundtrip.c)
 fathom_test(io_data io_data.c)
 fathom_test(io_bad io_bad.c)
+fathom_test(io_batch io_batch.c)
 fathom_test(io_fail io_fail.c)
 fathom_test(io_layouts io_layouts.c)
 find_package(PNG REQUIRED)

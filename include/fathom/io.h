@@ -49,9 +49,8 @@ typedef struct fm_read_desc {
     bool include_hidden;
 
     // A volume of more bytes than this is refused with FM_ERROR_RANGE before memory is taken for it. 0: 16 GiB for the sparse
-    // formats
-    // (.vox, .binvox, .bt, .3dmap), whose files may be tiny beside the grid, and no limit for the others, whose size is checked
-    // against the file's.
+    // formats (.vox, .binvox, .bt, .3dmap), whose files may be tiny beside the grid, and no limit for the others, whose size is
+    // checked against the file's.
     uint64_t max_bytes;
 
     fm_progress_fn progress;  // NULL: nobody is told
@@ -100,9 +99,27 @@ FM_API fm_result fm_file_probe(const char *path, const fm_read_desc *desc, fm_fi
 FM_API fm_result fm_file_read(fm_context *context, const char *path, const fm_read_desc *desc, fm_volume **volume,
                               fm_file_info *info);
 
+// Files that appear together or not at all: written one after the other under temporary names, then renamed by one call.
+typedef struct fm_file_batch fm_file_batch;
+
+// An empty batch. It takes its memory as `context` does, and must be destroyed before it; NULL allowed. A batch belongs to one
+// thread at a time. Errors: FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_INVALID_ARGUMENT.
+FM_API fm_result fm_file_batch_create(fm_context *context, fm_file_batch **batch);
+
+// Renames all files of the batch and leaves it empty, ready for more. When one cannot be renamed, the temporary files are removed
+// and those renamed before it are put back to what they were; where the file system cannot exchange two files (network ones
+// mostly), what they replaced is lost. Signals are held back from the calling thread meanwhile. Error: FM_ERROR_IO.
+FM_API fm_result fm_file_batch_commit(fm_file_batch *batch);
+
+// Removes the temporary files of what has not been committed. NULL is fine.
+FM_API void fm_file_batch_destroy(fm_file_batch *batch);
+
 typedef struct fm_write_desc {
     fm_format format;  // AUTO: by the name, with or without .gz at its end; "-" and devices of other names get .npy
     bool compress;     // gzip; a name that ends in .gz asks for it too. Not for .vox
+    // The file appears when this is committed. NULL: at the end of the call. What goes straight to a device, a pipe or standard
+    // output is there at once in any case.
+    fm_file_batch *batch;
     fm_progress_fn progress;
     void *progress_user;
 } fm_write_desc;
@@ -153,9 +170,10 @@ FM_API void fm_color_map_rgb(fm_color_map map, double t, uint8_t rgb[3]);
 
 typedef struct fm_slice_desc {
     fm_color_map map;
-    double min, max;    // values at the two ends of the map; both 0: the finite range of the slice
-    bool mark_largest;  // the largest value of an integer type means "no solid voxel", as +infinity does in F32
-    uint32_t scale;     // pixels along the edge of a voxel, 1 to 64; 0: 1
+    double min, max;       // values at the two ends of the map; both 0: the finite range of the slice
+    bool mark_largest;     // the largest value of an integer type means "no solid voxel", as +infinity does in F32
+    uint32_t scale;        // pixels along the edge of a voxel, 1 to 64; 0: 1
+    fm_file_batch *batch;  // as in fm_write_desc
 } fm_slice_desc;
 
 // What a slice shows.

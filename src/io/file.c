@@ -317,13 +317,16 @@ static fm_result choose_writer(const char *path, const fm_write_desc *desc, cons
     return FM_OK;
 }
 
-static fm_result complete(fm_writer *writer) {
-    FM_TRY(fm_output_finish(writer->output));
-    if (writer->second) {
-        FM_TRY(fm_output_finish(writer->second));
-        FM_TRY(fm_output_rename(writer->second));
+// The second file goes first: a header must not come before what it describes.
+static fm_result complete(fm_writer *writer, fm_file_batch *batch) {
+    fm_output *outputs[] = {writer->second, writer->output};
+    writer->output = writer->second = NULL;
+    fm_result result = fm_batch_add(batch, outputs[0]);
+    if (result != FM_OK) {
+        fm_output_destroy(outputs[1]);
+        return result;
     }
-    return fm_output_rename(writer->output);
+    return fm_batch_add(batch, outputs[1]);
 }
 
 fm_result fm_file_write(const char *path, const fm_volume *volume, const fm_write_desc *desc) {
@@ -334,8 +337,10 @@ fm_result fm_file_write(const char *path, const fm_volume *volume, const fm_writ
     desc = desc ? desc : &defaults;
     const fm_codec *codec;
     FM_TRY(choose_writer(path, desc, &codec));
+    fm_file_batch own = {.allocator = volume->allocator};
+    fm_file_batch *batch = desc->batch ? desc->batch : &own;
     fm_writer writer = {
-        .allocator = &volume->allocator,
+        .allocator = &batch->allocator,
         .path = path,
         .desc = desc,
         .volume = volume,
@@ -358,8 +363,12 @@ fm_result fm_file_write(const char *path, const fm_volume *volume, const fm_writ
         locale_restore(before);
     }
     if (result == FM_OK) {
-        result = complete(&writer);
+        result = complete(&writer, batch);
     }
+    if (result == FM_OK && batch == &own) {
+        result = fm_file_batch_commit(&own);
+    }
+    fm_batch_clear(&own);
     fm_output_destroy(writer.output);
     fm_output_destroy(writer.second);
     fm_free(writer.allocator, copy, volume->bytes);

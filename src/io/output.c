@@ -17,7 +17,6 @@
 
 enum {
     BUFFER = 1 << 16,
-    MAX_TEMPORARIES = 64,
     MAX_PATH = 4096,
     PIECE = 1 << 30,
     // Distance fields shrink little more at higher levels, which take several times as long.
@@ -32,7 +31,10 @@ typedef struct slot {
     char path[MAX_PATH];
 } slot;
 
-static slot slots[MAX_TEMPORARIES];
+static slot slots[FM_MAX_TEMPORARIES];
+
+// What a rename has done.
+typedef enum placing { PLACED_NOT = 0, PLACED_NEW, PLACED_EXCHANGED, PLACED_OVER } placing;
 
 struct fm_output {
     const fm_allocator *allocator;
@@ -41,6 +43,7 @@ struct fm_output {
     const char *name;  // for messages: inside `target`
     int fd;
     slot *temporary;  // NULL: the bytes go straight to the target
+    placing placed;
     bool gzip;
     z_stream z;
     size_t used;
@@ -48,7 +51,7 @@ struct fm_output {
 };
 
 void fm_file_abort_all(void) {
-    for (int i = 0; i < MAX_TEMPORARIES; i++) {
+    for (int i = 0; i < FM_MAX_TEMPORARIES; i++) {
         if (atomic_load(&slots[i].state) == SLOT_LIVE) {
             unlink(slots[i].path);
         }
@@ -56,7 +59,7 @@ void fm_file_abort_all(void) {
 }
 
 static slot *slot_take(void) {
-    for (int i = 0; i < MAX_TEMPORARIES; i++) {
+    for (int i = 0; i < FM_MAX_TEMPORARIES; i++) {
         int expected = SLOT_FREE;
         if (atomic_compare_exchange_strong(&slots[i].state, &expected, SLOT_TAKEN)) {
             return &slots[i];
@@ -87,7 +90,7 @@ static fm_result create_temporary(fm_output *output) {
     }
     output->temporary = slot_take();
     if (!output->temporary) {
-        return fm_fail(FM_ERROR_IO, "%s: cannot write: %d files are being written already", output->name, MAX_TEMPORARIES);
+        return fm_fail(FM_ERROR_IO, "%s: cannot write: %d files are being written already", output->name, FM_MAX_TEMPORARIES);
     }
     slot *temporary = output->temporary;
     memcpy(temporary->path, output->target, directory);
@@ -269,16 +272,33 @@ fm_result fm_output_finish(fm_output *output) {
     return close(fd) == 0 ? FM_OK : output_error(output, "write", errno);
 }
 
-fm_result fm_output_rename(fm_output *output) {
-    if (!output->temporary) {
+fm_result fm_output_rename(fm_output *output, bool undoable) {
+    struct stat status;
+    const bool there = lstat(output->target, &status) == 0;
+    if (there && !S_ISREG(status.st_mode)) {
+        return output_error(output, "rename the finished file", S_ISDIR(status.st_mode) ? EISDIR : EEXIST);
+    }
+    const char *from = output->temporary->path;
+    if (there && undoable && renameat2(AT_FDCWD, from, AT_FDCWD, output->target, RENAME_EXCHANGE) == 0) {
+        output->placed = PLACED_EXCHANGED;
         return FM_OK;
     }
-    if (rename(output->temporary->path, output->target) != 0) {
+    if (rename(from, output->target) != 0) {
         return output_error(output, "rename the finished file", errno);
     }
-    atomic_store(&output->temporary->state, SLOT_FREE);
-    output->temporary = NULL;
+    output->placed = there ? PLACED_OVER : PLACED_NEW;
     return FM_OK;
+}
+
+void fm_output_undo(fm_output *output) {
+    const char *path = output->temporary->path;
+    if (output->placed == PLACED_NEW) {
+        (void)!rename(output->target, path);
+    } else if (output->placed == PLACED_EXCHANGED && renameat2(AT_FDCWD, path, AT_FDCWD, output->target, RENAME_EXCHANGE) != 0) {
+        // The file that was there before is not to be removed under its temporary name.
+        atomic_store(&output->temporary->state, SLOT_FREE);
+        output->temporary = NULL;
+    }
 }
 
 void fm_output_destroy(fm_output *output) {

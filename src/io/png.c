@@ -73,7 +73,10 @@ static fm_result encode(png_structp png, png_infop info, png_sink *sink, const f
     return FM_OK;
 }
 
-fm_result fm_picture_write(const fm_allocator *allocator, const char *path, const fm_picture *picture) {
+fm_result fm_picture_write(const fm_allocator *allocator, const char *path, const fm_picture *picture, fm_file_batch *shared) {
+    fm_file_batch own = {.allocator = *allocator};
+    fm_file_batch *batch = shared ? shared : &own;
+    allocator = &batch->allocator;
     png_sink sink = {.allocator = allocator};
     FM_TRY(fm_output_open(allocator, path, false, &sink.output));
     // A failure without a message of its own can only be one of memory.
@@ -87,12 +90,14 @@ fm_result fm_picture_write(const fm_allocator *allocator, const char *path, cons
         png_destroy_write_struct(&png, &info);
     }
     if (result == FM_OK) {
-        result = fm_output_finish(sink.output);
+        result = fm_batch_add(batch, sink.output);
+    } else {
+        fm_output_destroy(sink.output);
     }
-    if (result == FM_OK) {
-        result = fm_output_rename(sink.output);
+    if (result == FM_OK && batch == &own) {
+        result = fm_file_batch_commit(&own);
     }
-    fm_output_destroy(sink.output);
+    fm_batch_clear(&own);
     return result;
 }
 
@@ -119,5 +124,5 @@ fm_result fm_image_write_png(const char *path, uint32_t width, uint32_t height, 
     }
     pixels p = {data, (uint64_t)width * channels};
     fm_picture picture = {width, height, channels, pixel_row, &p};
-    return fm_picture_write(&fm_default_allocator, path, &picture);
+    return fm_picture_write(&fm_default_allocator, path, &picture, NULL);
 }

@@ -3,6 +3,7 @@
 #define FM_PNG_H
 
 #include "base/base.h"
+#include "fathom/io.h"
 
 enum { FM_PNG_MAX_EDGE = 1 << 20 };
 
@@ -13,6 +14,7 @@ typedef struct fm_picture {
     void *user;
 } fm_picture;
 
-fm_result fm_picture_write(const fm_allocator *allocator, const char *path, const fm_picture *picture);
+// `shared` NULL: the file appears at the end of the call.
+fm_result fm_picture_write(const fm_allocator *allocator, const char *path, const fm_picture *picture, fm_file_batch *shared);
 
 #endif

@@ -220,7 +220,7 @@ static fm_result paint(slice *s, const fm_slice_desc *desc, const char *path) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     fm_picture picture = {s->info.width, s->info.height, 3, paint_row, s};
-    fm_result result = fm_picture_write(allocator, path, &picture);
+    fm_result result = fm_picture_write(allocator, path, &picture, desc->batch);
     fm_free(allocator, s->line, (uint64_t)s->info.width * 3);
     return result;
 }

@@ -5,6 +5,7 @@
 // Files as streams of bytes: gunzipped and gzipped on the way, read in pieces, and written so that a failure leaves nothing behind.
 
 #include "base/base.h"
+#include "fathom/io.h"
 
 // ---------------------------------------------------------------------------------------------------------------------------
 // Input
@@ -67,11 +68,27 @@ fm_result fm_output_write(fm_output *output, const void *data, uint64_t size);
 fm_result fm_output_begin_gzip(fm_output *output);
 // Flushes and closes, but leaves the temporary name, so that several files can be completed before the first is renamed.
 fm_result fm_output_finish(fm_output *output);
-// Renames what fm_output_finish has closed.
-fm_result fm_output_rename(fm_output *output);
-// Frees the output; what has not been renamed is removed. NULL is fine.
+// Renames what fm_output_finish has closed. `undoable`: what was there before is kept under the temporary name, if the file system
+// can do that.
+fm_result fm_output_rename(fm_output *output, bool undoable);
+// Puts back what an undoable rename has replaced.
+void fm_output_undo(fm_output *output);
+// Frees the output and what lies under its temporary name. NULL is fine.
 void fm_output_destroy(fm_output *output);
 // Whether the bytes go straight to a device, a pipe or standard output.
 bool fm_output_is_direct(const fm_output *output);
+
+enum { FM_MAX_TEMPORARIES = 64 };  // of the process, at one time
+
+struct fm_file_batch {
+    fm_allocator allocator;
+    fm_output *outputs[FM_MAX_TEMPORARIES];
+    uint32_t count;
+};
+
+// Finishes `output` (NULL is fine), and adds it if it has a temporary name. It is the batch's, or destroyed, from then on.
+fm_result fm_batch_add(fm_file_batch *batch, fm_output *output);
+// Destroys what is in it.
+void fm_batch_clear(fm_file_batch *batch);
 
 #endif
