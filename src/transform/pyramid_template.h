@@ -5,7 +5,8 @@
 // A column's voxel takes the least sum of an element and the steps to it. A node of the pyramid holds the least of FANOUT nodes
 // below it; with the steps to its nearest row that bounds its sums from below, for any rounding, as every operation rounds
 // monotonically. Nodes are tried in the order of their rows and left out when they can neither beat the best sum nor equal it at a
-// lower row. What won one row back makes a tight first guess, so that few nodes stay. All lanes go together.
+// lower row. What won one row back makes a tight first guess, so that few nodes stay; where it is near, the rows around are quicker
+// tried one by one. All lanes go together.
 
 static FM_INLINE RAW NAME(combine)(fm_metric metric, RAW a, RAW b) {
     return metric != FM_METRIC_LINF ? a + b : a < b ? b : a;
@@ -80,37 +81,68 @@ static FM_INLINE void NAME(guess)(const fm_plan *plan, fm_metric metric, int axi
     }
 }
 
+// Whether a row `step` away may improve a lane.
+static FM_INLINE bool NAME(reaches)(RAW step, const NAME(found) *restrict best) {
+    uint32_t open = 0;
+    for (int lane = 0; lane < LANES; lane++) {
+        open |= step <= best->sum[lane];
+    }
+    return open != 0;
+}
+
+// Up to NEAR rows up and down.
+static FM_INLINE void NAME(look_around)(const fm_plan *plan, fm_metric metric, int axis, uint32_t row, uint32_t count,
+                                        const RAW *field, NAME(found) *restrict best) {
+    for (uint32_t k = 1; k <= NEAR; k++) {
+        const RAW step = STEP(plan, metric, axis, k);
+        if (!NAME(reaches)(step, best)) {
+            break;
+        }
+        if (k <= row) {
+            NAME(try_row)(metric, field + (size_t)(row - k) * LANES, step, row - k, best);
+        }
+        if (k < count - row) {
+            NAME(try_row)(metric, field + (size_t)(row + k) * LANES, step, row + k, best);
+        }
+    }
+}
+
+static FM_INLINE void NAME(descend)(const fm_plan *plan, fm_metric metric, int axis, uint32_t row, uint32_t count,
+                                    const RAW *const levels[MAX_LEVELS], uint32_t top, NAME(found) *restrict best) {
+    uint32_t level = top;
+    for (uint64_t first = 0; first < count;) {
+        const uint32_t shift = level * FANOUT_BITS;
+        const uint64_t last = first + (1ull << shift) - 1;
+        const RAW step = STEP(plan, metric, axis, (uint32_t)(row < first ? first - row : row > last ? row - last : 0));
+        const RAW *least = levels[level] + (size_t)(first >> shift) * LANES;
+        if (level > 0 && NAME(may_win)(metric, least, step, (uint32_t)first, best)) {
+            level--;
+            continue;
+        }
+        if (level == 0) {
+            NAME(try_row)(metric, least, step, (uint32_t)first, best);
+        }
+        first = last + 1;
+        while (level < top && (first >> (level * FANOUT_BITS)) % FANOUT == 0) {
+            level++;
+        }
+    }
+}
+
 static FM_INLINE void NAME(search)(const fm_plan *plan, fm_metric metric, int axis, uint32_t count, const RAW *field, RAW *minima,
                                    RAW *best_sum, uint32_t *from) {
     const RAW *levels[MAX_LEVELS];
     const uint32_t top = NAME(build)(count, field, minima, levels);
-    const RAW single = STEP(plan, metric, axis, 1);
+    const RAW beyond = STEP(plan, metric, axis, NEAR + 1);
     NAME(found) best;
     memcpy(best.element, field, sizeof best.element);
     memset(best.row, 0, sizeof best.row);
     for (uint32_t row = 0; row < count; row++) {
         NAME(guess)(plan, metric, axis, row, field + (size_t)row * LANES, &best);
-        uint32_t open = 0;
-        for (int lane = 0; lane < LANES; lane++) {
-            open |= single <= best.sum[lane];
-        }
-        uint32_t level = top;
-        for (uint64_t first = 0; open && first < count;) {
-            const uint32_t shift = level * FANOUT_BITS;
-            const uint64_t last = first + (1ull << shift) - 1;
-            const RAW step = STEP(plan, metric, axis, (uint32_t)(row < first ? first - row : row > last ? row - last : 0));
-            const RAW *least = levels[level] + (size_t)(first >> shift) * LANES;
-            if (level > 0 && NAME(may_win)(metric, least, step, (uint32_t)first, &best)) {
-                level--;
-                continue;
-            }
-            if (level == 0) {
-                NAME(try_row)(metric, least, step, (uint32_t)first, &best);
-            }
-            first = last + 1;
-            while (level < top && (first >> (level * FANOUT_BITS)) % FANOUT == 0) {
-                level++;
-            }
+        if (NAME(reaches)(beyond, &best)) {
+            NAME(descend)(plan, metric, axis, row, count, levels, top, &best);
+        } else {
+            NAME(look_around)(plan, metric, axis, row, count, field, &best);
         }
         memcpy(best_sum + (size_t)row * LANES, best.sum, sizeof best.sum);
         memcpy(from + (size_t)row * LANES, best.row, sizeof best.row);

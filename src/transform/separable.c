@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+enum { NEAR = 16 };  // rows
 enum { LANES = 16, FANOUT_BITS = 3, FANOUT = 1 << FANOUT_BITS, MAX_LEVELS = 32 / FANOUT_BITS + 2 };
 
 typedef struct pass_job {
