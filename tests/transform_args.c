@@ -91,6 +91,48 @@ static void test_row_by_hand(fm_context *context) {
     }
 }
 
+// The limit binds where the result in floats, not the real number, is above it: 9 * 1e-3f is greater than 9e-3f.
+static void test_limits(fm_context *context) {
+    static const struct {
+        fm_metric metric;
+        double spacing[3];
+        double limit;
+        bool squared;
+        uint32_t within;  // voxels along the row from the site
+    } rows[] = {
+        {FM_METRIC_L2, {0.1, 0.1, 0.1}, 0.3, false, 3},     {FM_METRIC_L1, {0.1, 0.1, 0.1}, 0.3, false, 3},
+        {FM_METRIC_LINF, {0.1, 0.1, 0.1}, 0.7, false, 7},   {FM_METRIC_L2, {0.1, 0.1, 0.1}, 0.29999, false, 2},
+        {FM_METRIC_L2, {0.1, 0.1, 0.1}, 0.6, true, 6},      {FM_METRIC_L2, {0.1, 0.2, 0.3}, 0.3, false, 3},
+        {FM_METRIC_L1, {0.1, 0.2, 0.3}, 0.7, false, 7},     {FM_METRIC_L2, {0.1, 0.2, 0.3}, 0.29999, false, 2},
+        {FM_METRIC_L2, {0.7, 0.7, 0.7}, 2.1, false, 3},     {FM_METRIC_L2, {0}, 3, false, 3},
+        {FM_METRIC_L2, {1e-3, 1e-3, 1e-3}, 9e-3, false, 8}, {FM_METRIC_L2, {0}, 2.5, true, 2},
+    };
+    static const uint8_t solid[12] = {1};
+    const fm_shape shape = {12, 1, 1};
+    for (size_t i = 0; i < 2 * sizeof rows / sizeof rows[0]; i++) {
+        const size_t row = i / 2;
+        const fm_transform_desc desc = {.metric = rows[row].metric,
+                                        .algorithm = algorithms[i % 2],
+                                        .squared = rows[row].squared,
+                                        .max_distance = rows[row].limit,
+                                        .spacing = {rows[row].spacing[0], rows[row].spacing[1], rows[row].spacing[2]}};
+        float out[12], alone[12];
+        uint64_t sites[12];
+        CHECK_OK(transform(context, desc, shape, solid, FM_TYPE_F32, out, sites));
+        CHECK_OK(transform(context, desc, shape, solid, FM_TYPE_F32, alone, NULL));
+        const float limit = (float)(desc.squared ? desc.max_distance * desc.max_distance : desc.max_distance);
+        bool good = memcmp(out, alone, sizeof out) == 0;
+        for (uint32_t x = 0; x < shape.x; x++) {
+            const bool within = x <= rows[row].within;
+            good = good && out[x] <= limit && (within || out[x] == limit) && sites[x] == (within ? 0 : FM_NO_INDEX_64);
+        }
+        if (!CHECK(good)) {
+            fprintf(stderr, "    row %zu, algorithm %zu: %.9g %.9g %.9g\n", row, i % 2, (double)out[2], (double)out[3],
+                    (double)limit);
+        }
+    }
+}
+
 // Squares beyond 32 bits: floats, and a refusal of integers.
 static void test_long_row(fm_context *context) {
     const fm_shape shape = {70000, 1, 1};
@@ -322,6 +364,7 @@ int main(void) {
     if (CHECK_OK(fm_context_create(&desc, &context))) {
         test_by_hand(context);
         test_row_by_hand(context);
+        test_limits(context);
         test_long_row(context);
         test_exact_thresholds(context);
         test_nan(context);

@@ -41,32 +41,32 @@ static inline uint32_t fm_floor_root(uint32_t square) {
     return (uint32_t)sqrt((double)square);
 }
 
+// F32 results below the cap.
+static inline float fm_scaled_exact(const fm_plan *plan, uint32_t raw) {
+    const bool root = plan->metric == FM_METRIC_L2 && !plan->squared;
+    return (root ? (float)sqrt((double)raw) : (float)raw) * (float)plan->scale;
+}
+
+static inline float fm_scaled_weighted(const fm_plan *plan, float raw) {
+    return plan->metric == FM_METRIC_L2 && !plan->squared ? sqrtf(raw) : raw;
+}
+
 // The unsigned value of an exact raw distance, `plan->border` being dealt with.
 static inline double fm_finish_exact(const fm_plan *plan, uint32_t raw) {
-    if (raw == FM_RAW_NONE) {
+    if (raw == FM_RAW_NONE || raw > plan->cap_raw) {
         return plan->value_none;
     }
-    if (raw > plan->cap_raw) {
-        return plan->value_cap;
-    }
-    bool root = plan->metric == FM_METRIC_L2 && !plan->squared;
     if (plan->distance_type == FM_TYPE_F32) {
-        float value = root ? (float)sqrt((double)raw) : (float)raw;
-        return (double)(value * (float)plan->scale);
+        return (double)fm_scaled_exact(plan, raw);
     }
+    const bool root = plan->metric == FM_METRIC_L2 && !plan->squared;
     double value = root ? (double)fm_floor_root(raw) : (double)raw;
     double most = (double)fm_type_greatest(plan->distance_type);
     return value < most ? value : most;
 }
 
 static inline double fm_finish_weighted(const fm_plan *plan, float raw) {
-    if (raw == INFINITY) {
-        return plan->value_none;
-    }
-    if (raw > plan->cap_raw_weighted) {
-        return plan->value_cap;
-    }
-    return (double)(plan->metric == FM_METRIC_L2 && !plan->squared ? sqrtf(raw) : raw);
+    return raw == INFINITY || raw > plan->cap_raw_weighted ? plan->value_none : (double)fm_scaled_weighted(plan, raw);
 }
 
 static inline void fm_store_distance(const fm_plan *plan, void *distance, uint64_t at, double value) {

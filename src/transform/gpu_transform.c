@@ -12,6 +12,8 @@
 enum {
     ENCODE_THREADS = 256,
     SEARCH_THREADS = 64,
+    STACK_THREADS = 64,
+    STACK_COLUMNS = 1 << 19,   // measured: fewer leave a big GPU waiting for memory
     SEGMENT_ROWS = 16,         // ROWS of parabola.comp and envelope.comp
     MAX_COLUMN_THREADS = 512,  // more leave too few registers
     BIG_SQUARE = 1 << 24,      // floats hold whole numbers up to here
@@ -33,7 +35,8 @@ _Static_assert(FM_GPU_L2 == (int)FM_METRIC_L2 && FM_GPU_L1 == (int)FM_METRIC_L1 
 // How the columns along one axis are computed.
 typedef struct column_pass {
     fm_kernel kernel;
-    uint32_t lanes, segments, rows;
+    uint32_t lanes, segments;
+    uint32_t rows;        // of a segment; STACK: bits of a row's number
     uint32_t tile;        // voxels along x that a group owns
     uint64_t rows_group;  // voxels along the axis that a group owns: 1 for the search, else all
 } column_pass;
@@ -51,6 +54,7 @@ typedef struct transform_job {
     uint32_t width;  // bytes of a raw distance
     bool wide;       // carries of 32 bits
     bool raw_in_result;
+    uint64_t raw;   // of the first slab
     uint32_t slab;  // voxels along x that the passes along y and z take at a time
     column_pass along_y, along_z;
 } transform_job;
@@ -124,10 +128,29 @@ static bool plan_scan(const transform_job *job, uint32_t n, column_pass *pass) {
     return false;
 }
 
+// Bits of a row's number in the stacks of stack.comp, or 0 where those cannot or should not serve: the rest of 32 bits must hold
+// every square, and one invocation a column must fill the device.
+static uint32_t stack_row_bits(const fm_plan *plan) {
+    uint64_t fewest_columns = (uint64_t)plan->shape.x * fm_min_u64(plan->shape.y, plan->shape.z);
+    if (plan->metric != FM_METRIC_L2 || plan->weighted || plan->want_index || fewest_columns < STACK_COLUMNS) {
+        return 0;
+    }
+    uint32_t bits = 1;
+    while (1u << bits < fm_max_u64(plan->shape.y, plan->shape.z)) {
+        bits++;
+    }
+    return plan->greatest < UINT32_MAX >> bits ? bits : 0;
+}
+
 // The kernels that keep whole columns in shared memory, or where those are too long for it, a search in device memory.
 static void plan_column(const transform_job *job, uint32_t n, column_pass *pass) {
     const fm_plan *plan = job->plan;
     if (job->scan && plan_scan(job, n, pass)) {
+        return;
+    }
+    uint32_t row_bits = stack_row_bits(plan);
+    if (row_bits > 0) {
+        *pass = (column_pass){FM_KERNEL_STACK, STACK_THREADS, 1, row_bits, STACK_THREADS, n};
         return;
     }
     bool floats = plan->weighted || plan->greatest < BIG_SQUARE;
@@ -180,7 +203,7 @@ static void fill_column_push(transform_job *job, uint64_t bits, uint64_t carries
         memcpy(&push->cap_raw, &plan->cap_raw_weighted, sizeof push->cap_raw);
     }
     push->none_bits = result_bits(plan, plan->value_none);
-    push->cap_bits = result_bits(plan, plan->value_cap);
+    push->cap_bits = result_bits(plan, plan->value_none);
     push->weight_x = plan->weighted ? plan->weight[0] : 1;
     push->weight_y = plan->weighted ? plan->weight[1] : 1;
     push->weight_z = plan->weighted ? plan->weight[2] : 1;
@@ -191,8 +214,8 @@ static uint64_t brute_words(const fm_plan *plan) {
     return fm_max_u64(1, fm_min_u64(BRUTE_WORDS, brute_pairs / 32 / fm_voxels(plan->shape)));
 }
 
-// Lays out the scratch memory: site bits, carries, and unless the result's own memory can serve, the raw distances of as wide a
-// slab of x as keeps the whole within four bytes a voxel.
+// Lays out the scratch memory: site bits and carries, and for as wide a slab of x as keeps the whole within four bytes a voxel: the
+// raw distances, unless the result's own memory can serve, the rows of the nearest sites where indices are wanted, and the stacks.
 static fm_result lay_out(transform_job *job, uint64_t distance, uint64_t index) {
     const fm_plan *plan = job->plan;
     uint64_t rows = (uint64_t)plan->shape.y * plan->shape.z;
@@ -200,37 +223,32 @@ static fm_result lay_out(transform_job *job, uint64_t distance, uint64_t index) 
     uint64_t bits_bytes = fm_round_up(words * 4, 256);
     uint64_t carries_bytes = fm_round_up(words * (job->wide ? 8 : 4), 256);
     bool two_passes = plan->shape.z > 1 && !plan->brute_force;
-    bool brute_state = plan->brute_force && words > brute_words(plan);
+    bool keeps = two_passes || (plan->brute_force && words > brute_words(plan));
     bool result_fits = plan->want_distance && fm_type_size(plan->distance_type) == 4 && !plan->is_signed;
     job->raw_in_result = two_passes && job->width == 4 && result_fits && !is_search(&job->along_z) && !is_scan(&job->along_y) &&
                          !is_scan(&job->along_z);
-    uint64_t per_voxel = job->raw_in_result ? 0 : job->width;
-    per_voxel += !plan->want_index ? 0 : plan->brute_force ? 8 : 4;
+    uint64_t raw_bytes = keeps && !job->raw_in_result ? job->width : 0;
+    uint64_t site_bytes = keeps && plan->want_index ? (plan->brute_force ? 8 : 4) : 0;
+    uint64_t stack_bytes = job->along_y.kernel == FM_KERNEL_STACK || job->along_z.kernel == FM_KERNEL_STACK ? 4 : 0;
     uint64_t budget = rows * plan->shape.x * 4;
-    uint32_t pitch;
+    uint64_t slab_rows;
     uint64_t total;
     uint32_t slabs = 0;
     do {
         slabs++;
         job->slab = (uint32_t)fm_min_u64(fm_round_up(fm_div_up(plan->shape.x, slabs), SLAB_STEP), plan->shape.x);
-        pitch = (uint32_t)fm_round_up(job->slab, 16);
-        total = bits_bytes + carries_bytes + (two_passes || brute_state ? rows * pitch * per_voxel + 512 : 0);
-        // In place, the raw distances have the pitch of the result.
-    } while (total > budget && slabs < MAX_SLABS && !job->raw_in_result && !plan->brute_force && job->slab > SLAB_STEP);
-    if (job->raw_in_result) {
-        job->slab = plan->shape.x;
-        pitch = plan->shape.x;
-        total = bits_bytes + carries_bytes + (plan->want_index ? rows * pitch * 4 + 512 : 0);
-    }
+        slab_rows = rows * fm_round_up(job->slab, 16);
+        total = bits_bytes + carries_bytes + slab_rows * (raw_bytes + site_bytes + stack_bytes) + 256;
+    } while (total > budget && slabs < MAX_SLABS && !plan->brute_force && job->slab > SLAB_STEP);
     uint64_t base;
     FM_TRY(fm_gpu_scratch(job->gpu, total, &base));
     job->encode.bits = base;
     job->encode.carries = base + bits_bytes;
-    uint64_t behind = base + bits_bytes + carries_bytes;
     fill_column_push(job, base, base + bits_bytes, distance, index);
-    job->column.pitch = pitch;
-    job->column.raw = job->raw_in_result ? distance : behind;
-    job->column.sites_y = job->raw_in_result ? behind : fm_round_up(behind + rows * pitch * job->width, 256);
+    uint64_t behind = base + bits_bytes + carries_bytes;
+    job->raw = job->raw_in_result ? distance : behind;
+    job->column.pitch = job->raw_in_result ? plan->shape.x : (uint32_t)fm_round_up(job->slab, 16);
+    job->column.sites_y = fm_round_up(behind + slab_rows * raw_bytes, 256);
     return FM_OK;
 }
 
@@ -329,6 +347,7 @@ static fm_result run_brute(transform_job *job, uint32_t target, bool border) {
     column_pass pass = {floats ? FM_KERNEL_BRUTE_F32 : FM_KERNEL_BRUTE_U32, SEARCH_THREADS, 1, 1, SEARCH_THREADS, 1};
     job->column.x_begin = 0;
     job->column.x_end = plan->shape.x;
+    job->column.raw = job->raw;
     return run_column(job, &pass, false, FM_SOURCE_BITS, target, border);
 }
 
@@ -343,6 +362,7 @@ static fm_result run_side(transform_job *job, bool inner) {
     for (uint32_t x = 0; x < plan->shape.x; x += job->slab) {
         job->column.x_begin = x;
         job->column.x_end = (uint32_t)fm_min_u64((uint64_t)x + job->slab, plan->shape.x);
+        job->column.raw = job->raw + (job->raw_in_result ? 4 * (uint64_t)x : 0);
         if (plan->shape.z == 1) {
             FM_TRY(run_column(job, &job->along_y, false, FM_SOURCE_BITS, target, border));
         } else {

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
-#include "transform/plan.h"
+// From a caller's descriptor to a plan, or the reason why there is none.
 
+#include "transform/finish.h"
+
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -14,23 +17,80 @@ static bool is_float(fm_type type) {
     return type == FM_TYPE_F32 || type == FM_TYPE_F64;
 }
 
+// By fm_type; the floating point types have none.
+static const struct {
+    int64_t least;
+    uint64_t greatest;
+} limits[] = {
+    [FM_TYPE_BITS] = {0, 1},
+    [FM_TYPE_U8] = {0, UINT8_MAX},
+    [FM_TYPE_U16] = {0, UINT16_MAX},
+    [FM_TYPE_U32] = {0, UINT32_MAX},
+    [FM_TYPE_U64] = {0, UINT64_MAX},
+    [FM_TYPE_I8] = {INT8_MIN, INT8_MAX},
+    [FM_TYPE_I16] = {INT16_MIN, INT16_MAX},
+    [FM_TYPE_I32] = {INT32_MIN, INT32_MAX},
+    [FM_TYPE_I64] = {INT64_MIN, INT64_MAX},
+};
+
+int64_t fm_type_least(fm_type type) {
+    assert(!is_float(type));
+    return limits[type].least;
+}
+
 uint64_t fm_type_greatest(fm_type type) {
-    switch (type) {
-    case FM_TYPE_U8:
-        return UINT8_MAX;
-    case FM_TYPE_I8:
-        return INT8_MAX;
-    case FM_TYPE_U16:
-        return UINT16_MAX;
-    case FM_TYPE_I16:
-        return INT16_MAX;
-    case FM_TYPE_I32:
-        return INT32_MAX;
-    case FM_TYPE_U32:
-        return UINT32_MAX;
-    default:
-        return UINT64_MAX;
+    assert(!is_float(type));
+    return limits[type].greatest;
+}
+
+static fm_value_range select_floats(const fm_plan *plan, fm_type solid) {
+    fm_value_range range = {.outside = true};
+    if (plan->select == FM_SELECT_THRESHOLD) {
+        range = (fm_value_range){.least.f = plan->threshold, .most.f = INFINITY};
+        if (solid == FM_TYPE_F32) {
+            const float nearest = (float)plan->threshold;
+            range.least.f = (double)nearest < plan->threshold ? nextafterf(nearest, INFINITY) : nearest;
+        }
     }
+    return range;
+}
+
+static fm_value_range select_unsigned(const fm_plan *plan, fm_type solid) {
+    const uint64_t greatest = fm_type_greatest(solid);
+    fm_value_range range = {.least.u = 1, .most.u = greatest};
+    if (plan->select == FM_SELECT_THRESHOLD) {
+        const double up = ceil(plan->threshold);
+        // 2^64 - 1 becomes 2^64, which no value reaches.
+        range.nothing = greatest == UINT64_MAX ? up >= 0x1p64 : up > (double)greatest;
+        range.least.u = range.nothing || up <= 0 ? 0 : (uint64_t)up;
+    } else if (plan->select == FM_SELECT_LABEL) {
+        range.nothing = plan->label < 0 || (uint64_t)plan->label > greatest;
+        range.least.u = range.most.u = (uint64_t)plan->label;
+    }
+    return range;
+}
+
+static fm_value_range select_signed(const fm_plan *plan, fm_type solid) {
+    const int64_t least = fm_type_least(solid);
+    const int64_t greatest = (int64_t)fm_type_greatest(solid);
+    fm_value_range range = {.outside = true};
+    if (plan->select == FM_SELECT_THRESHOLD) {
+        const double up = ceil(plan->threshold);
+        // 2^63 - 1 becomes 2^63, which no value reaches.
+        const bool nothing = greatest == INT64_MAX ? up >= 0x1p63 : up > (double)greatest;
+        range = (fm_value_range){.nothing = nothing, .most.i = greatest};
+        range.least.i = nothing || up <= (double)least ? least : (int64_t)up;
+    } else if (plan->select == FM_SELECT_LABEL) {
+        range = (fm_value_range){.nothing = plan->label < least || plan->label > greatest};
+        range.least.i = range.most.i = plan->label;
+    }
+    return range;
+}
+
+fm_value_range fm_plan_selected(const fm_plan *plan, fm_type solid) {
+    return is_float(solid)           ? select_floats(plan, solid)
+           : limits[solid].least < 0 ? select_signed(plan, solid)
+                                     : select_unsigned(plan, solid);
 }
 
 static fm_result check_enums(const fm_transform_desc *desc) {
@@ -152,6 +212,34 @@ static fm_result plan_spacing(const fm_transform_desc *desc, uint64_t greatest, 
     return FM_OK;
 }
 
+// The greatest raw distance whose F32 result is within the limit; FM_RAW_NONE when all are.
+static uint32_t greatest_within(const fm_plan *plan) {
+    // 0 is within whatever the limit is.
+    uint32_t within = 0;
+    uint32_t above = FM_RAW_NONE;
+    while (above - within > 1) {
+        const uint32_t middle = within + (above - within) / 2;
+        if (fm_scaled_exact(plan, middle) <= (float)plan->cap) {
+            within = middle;
+        } else {
+            above = middle;
+        }
+    }
+    return above == FM_RAW_NONE ? FM_RAW_NONE : within;
+}
+
+static float greatest_within_weighted(const fm_plan *plan) {
+    const float cap = (float)plan->cap;
+    float raw = plan->metric == FM_METRIC_L2 && !plan->squared ? cap * cap : cap;
+    while (fm_scaled_weighted(plan, raw) > cap) {
+        raw = nextafterf(raw, 0);
+    }
+    while (raw < INFINITY && fm_scaled_weighted(plan, nextafterf(raw, INFINITY)) <= cap) {
+        raw = nextafterf(raw, INFINITY);
+    }
+    return raw;
+}
+
 // The limit, in raw units and as the value that it leaves.
 static fm_result plan_limit(const fm_transform_desc *desc, fm_plan *plan) {
     double limit = desc->max_distance;
@@ -170,14 +258,13 @@ static fm_result plan_limit(const fm_transform_desc *desc, fm_plan *plan) {
         return FM_OK;
     }
     plan->cap = plan->squared ? limit * limit : limit;
-    // The spacing is isotropic in an exact plan, so that one division turns the limit into voxels.
-    double spacing = !plan->weighted && desc->spacing[0] != 0 ? desc->spacing[0] : 1;
-    double steps = limit / spacing;
-    double raw = plan->metric == FM_METRIC_L2 ? steps * steps : steps;
     if (plan->weighted) {
-        plan->cap_raw_weighted = raw <= FLT_MAX ? (float)raw : INFINITY;
-    } else if (raw < (double)FM_RAW_NONE) {
-        plan->cap_raw = (uint32_t)raw;
+        plan->cap_raw_weighted = greatest_within_weighted(plan);
+    } else if (integer) {
+        const double raw = plan->metric == FM_METRIC_L2 ? limit * limit : limit;
+        plan->cap_raw = raw < (double)FM_RAW_NONE ? (uint32_t)raw : FM_RAW_NONE;
+    } else {
+        plan->cap_raw = greatest_within(plan);
     }
     return FM_OK;
 }
@@ -192,7 +279,6 @@ static fm_result plan_range(const fm_transform_desc *desc, uint64_t inner, uint6
             return fm_fail(FM_ERROR_RANGE, "max_distance is %g: it leaves the range of float32", desc->max_distance);
         }
         plan->value_none = plan->cap < INFINITY ? (double)(float)plan->cap : INFINITY;
-        plan->value_cap = plan->value_none;
         return FM_OK;
     }
     uint64_t greatest = fm_max_u64(inner, outer);
@@ -207,7 +293,6 @@ static fm_result plan_range(const fm_transform_desc *desc, uint64_t inner, uint6
                        fm_type_name(plan->distance_type), needed);
     }
     plan->value_none = capped ? fmin(plan->cap, (double)most) : (double)most;
-    plan->value_cap = plan->value_none;
     return FM_OK;
 }
 

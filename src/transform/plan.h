@@ -44,14 +44,30 @@ typedef struct fm_plan {
     // A raw distance above this is capped; FM_RAW_NONE (exact) or +infinity (weighted) for no limit.
     uint32_t cap_raw;
     float cap_raw_weighted;
-    double cap;         // the limit itself in the units of the result; +infinity for none
-    double scale;       // exact F32 results: isotropic spacing (its square when squared); else 1
-    double value_none;  // result where there is no site: the largest value of the type, +infinity for F32, or the cap
-    double value_cap;   // result where the raw distance is above cap_raw
+    double cap;    // the limit itself in the units of the result; +infinity for none
+    double scale;  // exact F32 results: isotropic spacing (its square when squared); else 1
+    // The result where there is no site or the raw distance is above cap_raw: the cap; without one the largest value of the type,
+    // +infinity for F32.
+    double value_none;
 } fm_plan;
 
-// The largest value of an integer type.
+// The limits of an integer type; bits are 0 and 1.
+int64_t fm_type_least(fm_type type);
 uint64_t fm_type_greatest(fm_type type);
+
+// The values that are solid, as a range of the element's own type: `least` to `most`, both included, of that member which the type
+// belongs to. `outside`: all but these and NaN (FM_SELECT_NONZERO of signed and floating point types; both ends are 0 then).
+typedef struct fm_value_range {
+    bool nothing;  // no value of the type is solid; the ends mean nothing
+    bool outside;
+    union fm_value {
+        uint64_t u;  // U8, U16, U32, U64, BITS
+        int64_t i;   // I8, I16, I32, I64
+        double f;    // F32 (exact in that type), F64
+    } least, most;
+} fm_value_range;
+
+fm_value_range fm_plan_selected(const fm_plan *plan, fm_type solid);
 
 // Checks a descriptor against a shape and types and derives the plan. `distance` or `index` NULL: not wanted.
 fm_result fm_plan_make(const fm_transform_desc *desc, fm_shape shape, fm_type solid, const fm_type *distance, const fm_type *index,

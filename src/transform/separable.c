@@ -6,8 +6,13 @@
 
 #include <string.h>
 
-enum { NEAR = 16 };  // rows
-enum { LANES = 16, FANOUT_BITS = 3, FANOUT = 1 << FANOUT_BITS, MAX_LEVELS = 32 / FANOUT_BITS + 2 };
+enum {
+    LANES = 16,
+    NEAR = 16,  // rows
+    FANOUT_BITS = 3,
+    FANOUT = 1 << FANOUT_BITS,
+    MAX_LEVELS = 32 / FANOUT_BITS + 2,
+};
 
 typedef struct pass_job {
     const fm_plan *plan;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // From the caller's voxels to one bit a voxel. Every selection becomes one comparison in the element's own type, chosen so that it
-// is exact: `value != key` (nonzero), `value >= key` (threshold) or `value == key` (label), or a constant.
+// is exact: `value >= key` (threshold; nonzero, unsigned), `value < key || value > key` (nonzero, otherwise), `value == key`
+// (label).
 
 #include "transform/kernels.h"
 
@@ -8,14 +9,11 @@
 #include <stdatomic.h>
 #include <string.h>
 
-typedef enum encode_test { TEST_NEVER = 0, TEST_ALWAYS, TEST_DIFFERS, TEST_APART, TEST_EQUALS, TEST_AT_LEAST } encode_test;
+typedef enum encode_test { TEST_NEVER = 0, TEST_APART, TEST_EQUALS, TEST_AT_LEAST } encode_test;
 
-// The key in each family of types; floats hold a float's or a double's key.
 typedef struct encode_rule {
     encode_test test;
-    uint64_t key_unsigned;
-    int64_t key_signed;
-    double key_float;
+    union fm_value key;
 } encode_rule;
 
 typedef struct encode_job {
@@ -29,75 +27,16 @@ typedef struct encode_job {
     atomic_uint_fast64_t first_nan;  // element index, UINT64_MAX for none
 } encode_job;
 
-static void integer_limits(fm_type type, int64_t *least, uint64_t *most) {
-    switch (type) {
-    case FM_TYPE_I8:
-        *least = INT8_MIN;
-        *most = INT8_MAX;
-        break;
-    case FM_TYPE_I16:
-        *least = INT16_MIN;
-        *most = INT16_MAX;
-        break;
-    case FM_TYPE_I32:
-        *least = INT32_MIN;
-        *most = INT32_MAX;
-        break;
-    case FM_TYPE_I64:
-        *least = INT64_MIN;
-        *most = INT64_MAX;
-        break;
-    default:
-        *least = 0;
-        *most = type == FM_TYPE_BITS ? 1 : fm_type_greatest(type);
-        break;
-    }
-}
-
-// An integer is at least `threshold` when it is at least the next integer up.
-static encode_rule integer_threshold(double threshold, int64_t least, uint64_t most) {
-    double up = ceil(threshold);
-    if (up <= (double)least) {
-        return (encode_rule){.test = TEST_ALWAYS};
-    }
-    // (double)most rounds up to 2^63 or 2^64 for the 64-bit types, which no value reaches.
-    bool wide = most >= INT64_MAX;
-    if (wide ? up >= (double)most : up > (double)most) {
-        return (encode_rule){.test = TEST_NEVER};
-    }
-    encode_rule rule = {.test = TEST_AT_LEAST};
-    rule.key_unsigned = up > 0 ? (uint64_t)up : 0;
-    rule.key_signed = up < 0x1p63 ? (int64_t)up : INT64_MAX;
-    return rule;
-}
-
+// A range that is no label ends at the type's greatest value.
 static encode_rule make_rule(const fm_plan *plan, fm_type type) {
-    if (plan->select == FM_SELECT_NONZERO) {
-        // NaN differs from 0 but is no solid voxel.
-        return (encode_rule){.test = type == FM_TYPE_F32 || type == FM_TYPE_F64 ? TEST_APART : TEST_DIFFERS};
+    const fm_value_range range = fm_plan_selected(plan, type);
+    encode_rule rule = {range.outside ? TEST_APART : TEST_AT_LEAST, range.least};
+    if (range.nothing) {
+        rule.test = TEST_NEVER;
+    } else if (plan->select == FM_SELECT_LABEL) {
+        rule.test = TEST_EQUALS;
     }
-    if (type == FM_TYPE_F32 || type == FM_TYPE_F64) {
-        encode_rule rule = {.test = TEST_AT_LEAST, .key_float = plan->threshold};
-        // The smallest float that is at least the threshold.
-        float key = (float)plan->threshold;
-        if (type == FM_TYPE_F32 && (double)key < plan->threshold) {
-            key = nextafterf(key, INFINITY);
-        }
-        if (type == FM_TYPE_F32) {
-            rule.key_float = key;
-        }
-        return rule;
-    }
-    int64_t least;
-    uint64_t most;
-    integer_limits(type, &least, &most);
-    if (plan->select == FM_SELECT_THRESHOLD) {
-        return integer_threshold(plan->threshold, least, most);
-    }
-    if (plan->label < least || (plan->label > 0 && (uint64_t)plan->label > most)) {
-        return (encode_rule){.test = TEST_NEVER};
-    }
-    return (encode_rule){.test = TEST_EQUALS, .key_unsigned = (uint64_t)plan->label, .key_signed = plan->label};
+    return rule;
 }
 
 #define COMPARE(comparison)                                                                                                        \
@@ -110,10 +49,8 @@ static encode_rule make_rule(const fm_plan *plan, fm_type type) {
 #define DEFINE_TEST(name, type, field)                                                                                             \
     static void name(const encode_rule *rule, const void *solid, uint64_t at, size_t count, uint8_t *restrict out) {               \
         const type *restrict values = (const type *)solid + at;                                                                    \
-        const type key = (type)rule->field;                                                                                        \
+        const type key = (type)rule->key.field;                                                                                    \
         switch (rule->test) {                                                                                                      \
-        case TEST_DIFFERS:                                                                                                         \
-            COMPARE(values[i] != key);                                                                                             \
         case TEST_APART:                                                                                                           \
             COMPARE(values[i]<key || values[i]> key);                                                                              \
         case TEST_EQUALS:                                                                                                          \
@@ -121,20 +58,20 @@ static encode_rule make_rule(const fm_plan *plan, fm_type type) {
         case TEST_AT_LEAST:                                                                                                        \
             COMPARE(values[i] >= key);                                                                                             \
         default:                                                                                                                   \
-            COMPARE(rule->test == TEST_ALWAYS);                                                                                    \
+            COMPARE(0);                                                                                                            \
         }                                                                                                                          \
     }
 
-DEFINE_TEST(test_u8, uint8_t, key_unsigned)
-DEFINE_TEST(test_u16, uint16_t, key_unsigned)
-DEFINE_TEST(test_u32, uint32_t, key_unsigned)
-DEFINE_TEST(test_u64, uint64_t, key_unsigned)
-DEFINE_TEST(test_i8, int8_t, key_signed)
-DEFINE_TEST(test_i16, int16_t, key_signed)
-DEFINE_TEST(test_i32, int32_t, key_signed)
-DEFINE_TEST(test_i64, int64_t, key_signed)
-DEFINE_TEST(test_f32, float, key_float)
-DEFINE_TEST(test_f64, double, key_float)
+DEFINE_TEST(test_u8, uint8_t, u)
+DEFINE_TEST(test_u16, uint16_t, u)
+DEFINE_TEST(test_u32, uint32_t, u)
+DEFINE_TEST(test_u64, uint64_t, u)
+DEFINE_TEST(test_i8, int8_t, i)
+DEFINE_TEST(test_i16, int16_t, i)
+DEFINE_TEST(test_i32, int32_t, i)
+DEFINE_TEST(test_i64, int64_t, i)
+DEFINE_TEST(test_f32, float, f)
+DEFINE_TEST(test_f64, double, f)
 
 typedef void (*test_fn)(const encode_rule *rule, const void *solid, uint64_t at, size_t count, uint8_t *restrict out);
 
@@ -147,14 +84,10 @@ static const test_fn tests[] = {
 static uint32_t word_bits(const encode_rule *rule, uint32_t bits, uint32_t count) {
     uint32_t valid = count == 32 ? UINT32_MAX : (1u << count) - 1;
     switch (rule->test) {
-    case TEST_DIFFERS:
-        return bits & valid;
     case TEST_EQUALS:
-        return (rule->key_unsigned ? bits : ~bits) & valid;
+        return (rule->key.u ? bits : ~bits) & valid;
     case TEST_AT_LEAST:
-        return (rule->key_unsigned ? bits : ~0u) & valid;
-    case TEST_ALWAYS:
-        return valid;
+        return (rule->key.u ? bits : ~0u) & valid;
     default:
         return 0;
     }
@@ -184,12 +117,9 @@ static void encode_run(const encode_job *job, uint64_t at, uint64_t count, uint3
 // The same for bytes, which need no step in between.
 static uint64_t encode_whole_u8(const encode_job *job, uint64_t at, uint64_t count, uint32_t *words) {
     const uint8_t *values = (const uint8_t *)job->solid + at;
-    const uint8_t key = (uint8_t)job->rule.key_unsigned;
+    const uint8_t key = (uint8_t)job->rule.key.u;
     const uint64_t whole = count / 32;
     switch (job->rule.test) {
-    case TEST_DIFFERS:
-        job->kernels->differs_u8(values, whole, key, words);
-        return whole;
     case TEST_EQUALS:
         job->kernels->equals_u8(values, whole, key, words);
         return whole;
