@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 static void say(const char *format, va_list arguments) {
     char line[1024];
@@ -98,7 +99,13 @@ static int first_error(struct arg_end *end, const char *command) {
         fclose(stream);
         text[strcspn(text, "\n")] = '\0';
     }
-    int status = cli_usage("%s: see fathom %s --help", text && *text ? text : command, command);
+    // It calls every missing thing an option.
+    static const char missing[] = "missing option ";
+    char *found = text ? strstr(text, missing) : NULL;
+    int status = found && found[strlen(missing)] != '-'
+                     ? cli_usage("%.*smissing argument %s: see fathom %s --help", (int)(found - text), text,
+                                 found + strlen(missing), command)
+                     : cli_usage("%s: see fathom %s --help", text && *text ? text : command, command);
     free(text);
     return status;
 }
@@ -182,9 +189,13 @@ static int list_of_numbers(const char *text, double values[3]) {
 }
 
 bool cli_triple(const char *option, const char *text, double values[3]) {
-    if (list_of_numbers(text, values) != 3) {
-        cli_usage("%s is \"%s\": three numbers X,Y,Z are wanted", option, text);
+    const int count = list_of_numbers(text, values);
+    if (count != 1 && count != 3) {
+        cli_usage("%s is \"%s\": three numbers X,Y,Z, or one for all axes, are wanted", option, text);
         return false;
+    }
+    if (count == 1) {
+        values[1] = values[2] = values[0];
     }
     return true;
 }
@@ -240,7 +251,7 @@ bool cli_format(const char *option, const char *text, fm_format *format) {
 
 bool cli_word(const char *option, const char *text, const char *const *words, int *value) {
     for (int i = 0; words[i]; i++) {
-        if (strcmp(text, words[i]) == 0) {
+        if (strcasecmp(text, words[i]) == 0) {
             *value = i;
             return true;
         }

@@ -41,14 +41,14 @@ void cli_free(cli_args *args);
 
 // Values of options. Each says what is wrong, naming `option`, and returns false on bad usage.
 bool cli_shape(const char *option, const char *text, fm_shape *shape);                   // "N" or "X,Y,Z"
-bool cli_triple(const char *option, const char *text, double values[3]);                 // "X,Y,Z"
+bool cli_triple(const char *option, const char *text, double values[3]);                 // "N" or "X,Y,Z"
 bool cli_double(const char *option, const char *text, double *value);                    // finite
 bool cli_int64(const char *option, const char *text, int64_t *value);                    // decimal or 0x...
 bool cli_uint32(const char *option, const char *text, uint32_t least, uint32_t *value);  // at least `least`
 bool cli_type(const char *option, const char *text, fm_type *type);                      // "u8" to "f64", "bits", or NumPy's names
 bool cli_format(const char *option, const char *text, fm_format *format);
 
-// A word out of a list that ends with NULL; `value` gets its place in the list.
+// A word, in either case, out of a list that ends with NULL; `value` gets its place in the list.
 bool cli_word(const char *option, const char *text, const char *const *words, int *value);
 
 // "12.3 GiB".

@@ -33,10 +33,12 @@ void report_passes(FILE *stream, const fm_pass *passes, uint32_t count) {
         total.bytes += passes[i].bytes;
         width = strlen(passes[i].name) > width ? strlen(passes[i].name) : width;
     }
-    fprintf(stream, "%-*s %12s %10s %10s\n", (int)width, "pass", "ms", "GB moved", "GB/s");
+    const bool large = total.bytes >= 1000000000;
+    fprintf(stream, "%-*s %12s %10s %10s\n", (int)width, "pass", "ms", large ? "GB moved" : "MB moved", "GB/s");
     for (uint32_t i = 0; i <= count; i++) {
         const fm_pass *pass = i < count ? &passes[i] : &total;
-        fprintf(stream, "%-*s %12.3f %10.4g ", (int)width, pass->name, pass->milliseconds, (double)pass->bytes * 1e-9);
+        fprintf(stream, "%-*s %12.3f %10.4g ", (int)width, pass->name, pass->milliseconds,
+                (double)pass->bytes * (large ? 1e-9 : 1e-6));
         if (pass->milliseconds > 0) {
             fprintf(stream, "%10.1f\n", (double)pass->bytes * 1e-6 / pass->milliseconds);
         } else {

@@ -220,7 +220,7 @@ static void add_options(cli_args *args, transform_args *a) {
     a->algorithm = cli_add(args, arg_str0(NULL, "algorithm", "NAME", "auto (default), separable or brute-force; all are exact"));
     a->is_signed = cli_add(args, arg_lit0(NULL, "signed", "negative inside the solid"));
     a->squared = cli_add(args, arg_lit0(NULL, "squared", "squared Euclidean distances"));
-    a->spacing = cli_add(args, arg_str0(NULL, "spacing", "X,Y,Z|file", "edges of a voxel, or the file's own; default voxel units"));
+    a->spacing = cli_add(args, arg_str0(NULL, "spacing", "N|X,Y,Z|file", "edges of a voxel, or the file's own; default voxel units"));
     a->max_distance = cli_add(args, arg_str0(NULL, "max-distance", "D", "greater distances become this"));
     a->outside = cli_add(args, arg_str0(NULL, "outside", "empty|solid", "what lies outside the grid; default empty"));
     a->threshold = cli_add(args, arg_str0(NULL, "threshold", "T", "a voxel is solid at this value or above; default: if not 0"));
@@ -286,7 +286,7 @@ static bool read_numbers(const transform_args *a, transform_request *r) {
         }
         for (int i = 0; i < 3 && !r->file_spacing; i++) {
             if (r->desc.spacing[i] <= 0) {
-                cli_usage("--spacing is \"%s\": three numbers above 0, or the word file, are wanted", a->spacing->sval[0]);
+                cli_usage("--spacing is \"%s\": X,Y,Z or one number, all above 0, or the word file, are wanted", a->spacing->sval[0]);
                 return false;
             }
         }
@@ -355,7 +355,10 @@ static bool read_request(const transform_args *a, transform_request *r) {
 
 int command_transform(int argc, char **argv) {
     static const cli_help help = {
-        "transform", "Computes the distance from every voxel to the nearest solid one, exactly. Solid voxels get 0.",
+        "transform",
+        "Computes the distance from every voxel to the nearest solid one, exactly. Solid voxels get 0.\n\n"
+        "The report times each pass: \"encode\" makes a bit of each voxel, the passes named by axes carry the distances along\n"
+        "those, and a signed field adds \"inside\" ones, from the solid voxels to the nearest empty one.",
         "fathom transform scene.vox field.npy --slice field.png\n"
         "fathom transform scan.nii.gz depth.nrrd --threshold 300 --signed --spacing file\n"
         "fathom transform labels.npy field.npy --label 17 --metric l1 --type u16 --indices nearest.npy\n"

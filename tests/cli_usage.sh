@@ -26,6 +26,7 @@ ends 2 devices extra
 ends 2 info
 ends 2 transform
 ends 2 transform a.npy
+says 'missing argument OUT'
 ends 2 transform a.npy b.npy c.npy
 ends 2 transform a.npy b.npy --nonsense
 ends 2 transform a.npy b.npy --metric l3

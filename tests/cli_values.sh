@@ -36,6 +36,8 @@ gives '3 3 3 3 3 3 3' u1 --type u8 --metric l1 --label 99 --max-distance 3
 gives '0 0 0 0 0 0 0' f4 --threshold 0
 gives '1 0.5 0 0.5 0.5 0 0' f4 --spacing 0.5,1,1
 gives '1 0.5 0 0.5 0.5 0 0' f4 --spacing 0.5,3,2
+gives '1 0.5 0 0.5 0.5 0 0' f4 --spacing 0.5
+gives '2 1 0 1 1 0 0' u1 --type u8 --metric L1 --backend CPU
 
 # Statistics, of whole numbers and of floats, from a file and from a pipe.
 ends 0 info row.raw --shape 7,1,1 --input-type u8 --stats
