@@ -2,6 +2,7 @@
 #include "base/pool.h"
 
 #include <pthread.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <unistd.h>
 
@@ -68,6 +69,27 @@ static void *worker_main(void *argument) {
     return NULL;
 }
 
+// The program's signals are for its own threads: a worker takes only those that its own faults raise.
+static bool start_workers(fm_pool *pool) {
+    static const int faults[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGABRT, SIGSYS};
+    sigset_t blocked, before;
+    sigfillset(&blocked);
+    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) {
+        sigdelset(&blocked, faults[i]);
+    }
+    pthread_sigmask(SIG_BLOCK, &blocked, &before);
+    bool good = true;
+    for (uint32_t i = 1; good && i < pool->threads; i++) {
+        fm_worker *worker = &pool->workers[i];
+        worker->pool = pool;
+        worker->index = i;
+        good = pthread_create(&worker->thread, NULL, worker_main, worker) == 0;
+        pool->started += good;
+    }
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return good;
+}
+
 fm_result fm_pool_create(const fm_allocator *allocator, uint32_t threads, fm_pool **result) {
     if (threads == 0) {
         long online = sysconf(_SC_NPROCESSORS_ONLN);
@@ -87,15 +109,10 @@ fm_result fm_pool_create(const fm_allocator *allocator, uint32_t threads, fm_poo
     pthread_mutex_init(&pool->mutex, NULL);
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->done, NULL);
-    for (uint32_t i = 1; i < threads; i++) {
-        fm_worker *worker = &pool->workers[i];
-        worker->pool = pool;
-        worker->index = i;
-        if (pthread_create(&worker->thread, NULL, worker_main, worker) != 0) {
-            fm_pool_destroy(pool);
-            return fm_fail(FM_ERROR_OUT_OF_HOST_MEMORY, "thread %u of %u could not be started", i + 1, threads);
-        }
-        pool->started++;
+    if (!start_workers(pool)) {
+        const uint32_t started = pool->started;
+        fm_pool_destroy(pool);
+        return fm_fail(FM_ERROR_OUT_OF_HOST_MEMORY, "thread %u of %u could not be started", started + 2, threads);
     }
     *result = pool;
     return FM_OK;
