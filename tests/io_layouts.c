@@ -151,6 +151,42 @@ static void scaled_nifti(void) {
     fm_volume_destroy(volume);
 }
 
+// The orientation counts only where a code says that there is one.
+static void placed_nifti(void) {
+    enum { QFORM_CODE = 252, SFORM_CODE = 254, QUATERN_B = 256, QOFFSET_X = 268, SROW_X = 280 };
+    const short no_code = 0;
+    const float nan = NAN, moved = 7.5f, turned = 1;
+    fm_volume *volume = io_volume(NULL, shape, FM_TYPE_U8, 14);
+    size_t size = 0;
+    uint8_t *bytes = written(volume, "a.nii", &size);
+    fm_file_info info = {0};
+    memcpy(bytes + QUATERN_B, &nan, sizeof nan);
+    memcpy(bytes + SROW_X + 12, &moved, sizeof moved);
+    fm_volume *read = read_bytes("a.nii", bytes, size, &info);
+    CHECK(read && info.origin[0] == 7.5 && info.note[0] == 0);
+    fm_volume_destroy(read);
+    memcpy(bytes + SFORM_CODE, &no_code, sizeof no_code);
+    io_store(io_path("a.nii"), bytes, size);
+    CHECK_FAILS(fm_file_read(NULL, io_path("a.nii"), NULL, &read, NULL), FM_ERROR_FORMAT);
+    memset(bytes + QUATERN_B, 0, sizeof nan);
+    memcpy(bytes + QOFFSET_X, &moved, sizeof moved);
+    memcpy(bytes + SROW_X, &nan, sizeof nan);
+    read = read_bytes("a.nii", bytes, size, &info);
+    CHECK(read && info.origin[0] == 7.5 && info.note[0] == 0);
+    fm_volume_destroy(read);
+    memcpy(bytes + QUATERN_B, &turned, sizeof turned);
+    read = read_bytes("a.nii", bytes, size, &info);
+    CHECK(read && info.origin[0] == 7.5 && strstr(info.note, "orientation"));
+    fm_volume_destroy(read);
+    memcpy(bytes + QFORM_CODE, &no_code, sizeof no_code);
+    memcpy(bytes + QUATERN_B, &nan, sizeof nan);
+    read = read_bytes("a.nii", bytes, size, &info);
+    CHECK(read && info.origin[0] == 0 && info.note[0] == 0);
+    fm_volume_destroy(read);
+    fm_volume_destroy(volume);
+    free(bytes);
+}
+
 static void nrrd_by_hand(void) {
     static const struct {
         const char *header;
@@ -246,6 +282,7 @@ int main(void) {
     fortran((fm_shape){1, 7, 9});
     fortran((fm_shape){130, 200, 150});
     scaled_nifti();
+    placed_nifti();
     nrrd_by_hand();
     gzip_members();
     return io_end();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 
-// NIfTI-1 in a single file. niftilib turns the header into matrices; it prints on what it does not like, so nothing reaches it that
-// has not been checked. The elements are read here, in pieces.
+// NIfTI-1 in a single file. Of niftilib only functions without state are used: what reads whole headers prints, by a level that the
+// whole program shares. The elements are read here, in pieces.
 
 #include "io/file.h"
 
@@ -77,31 +77,35 @@ static bool all_finite(const float *values, int count) {
 static fm_result place(fm_reader *reader, const nifti_1_header *header) {
     const float turn[6] = {header->quatern_b, header->quatern_c, header->quatern_d,
                            header->qoffset_x, header->qoffset_y, header->qoffset_z};
+    const float *steps = header->pixdim + 1;
     bool by_matrix = header->sform_code > 0;
-    bool finite =
-        all_finite(header->srow_x, 4) && all_finite(header->srow_y, 4) && all_finite(header->srow_z, 4) && all_finite(turn, 6);
-    nifti_set_debug_level(0);
-    nifti_image *image = finite ? nifti_convert_nhdr2nim(*header, NULL) : NULL;
-    if (!image) {
-        return fm_input_fail(reader->input, FM_ERROR_FORMAT, "has a header that niftilib refuses%s",
-                             finite ? "" : ": its orientation holds numbers that are not finite");
-    }
-    const float steps[3] = {image->dx, image->dy, image->dz};
-    const mat44 *matrix = by_matrix ? &image->sto_xyz : &image->qto_xyz;
     bool oriented = by_matrix || header->qform_code > 0;
+    bool finite = by_matrix ? all_finite(header->srow_x, 4) && all_finite(header->srow_y, 4) && all_finite(header->srow_z, 4)
+                            : all_finite(turn, 6);
+    if (oriented && !finite) {
+        return fm_input_fail(reader->input, FM_ERROR_FORMAT, "has an orientation of numbers that are not finite");
+    }
+    mat44 matrix = {0};
+    if (by_matrix) {
+        memcpy(matrix.m[0], header->srow_x, sizeof matrix.m[0]);
+        memcpy(matrix.m[1], header->srow_y, sizeof matrix.m[1]);
+        memcpy(matrix.m[2], header->srow_z, sizeof matrix.m[2]);
+    } else if (oriented) {
+        matrix = nifti_quatern_to_mat44(turn[0], turn[1], turn[2], turn[3], turn[4], turn[5], steps[0], steps[1], steps[2],
+                                        header->pixdim[0] < 0 ? -1.0f : 1.0f);
+    }
     bool straight = true;
     for (int i = 0; i < 3; i++) {
         reader->info.spacing[i] = (double)steps[i];
-        reader->info.origin[i] = oriented ? (double)matrix->m[i][3] : 0;
+        reader->info.origin[i] = oriented ? (double)matrix.m[i][3] : 0;
         for (int k = 0; k < 3 && oriented; k++) {
             float wanted = i == k ? steps[i] : 0;
-            straight = straight && fabsf(matrix->m[i][k] - wanted) <= 1e-4f * steps[k];
+            straight = straight && fabsf(matrix.m[i][k] - wanted) <= 1e-4f * steps[k];
         }
     }
     if (!straight) {
         fm_reader_note(reader, "orientation set aside: the axes are those of the voxels");
     }
-    nifti_image_free(image);
     return FM_OK;
 }
 
