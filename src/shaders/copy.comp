@@ -3,8 +3,8 @@
 #include "memory.glsl"
 #include "shared.h"
 
-// One invocation owns four pieces of 16 bytes, a work group's width apart. A pass moves two bytes a byte. Drivers may give buffer copies to an
-// engine that is slower than the memory; this runs where the kernels run.
+// One invocation owns four pieces of 16 bytes, a work group's width apart. A pass moves two bytes a byte. Drivers may give buffer
+// copies to an engine that is slower than the memory; this runs where the kernels run.
 
 layout(local_size_x = 256) in;
 

@@ -3,8 +3,8 @@
 #include "memory.glsl"
 #include "sites.glsl"
 
-// One invocation owns WORDS words of one row; ROW_THREADS (a power of two) invocations share a row. A pass moves the element size plus
-// 1/8 byte of bits and 1/8 byte of carries (1/4 when WIDE) a voxel.
+// One invocation owns WORDS words of one row; ROW_THREADS (a power of two) invocations share a row. A pass moves the element size
+// plus 1/8 byte of bits and 1/8 byte of carries (1/4 when WIDE) a voxel.
 
 layout(constant_id = 0) const uint TYPE = 0;
 layout(constant_id = 1) const bool INVERT = false;

@@ -39,11 +39,13 @@ bool out_of_reach(uvec3 at, cost_t value) {
 #ifndef COST_U32
     if (WEIGHTED) {
         uvec3 way = min(at + 1u, uvec3(push.x, push.y, push.z) - at);
-        cost_t least = min(min(steps_cost(way.x, push.weight_x), steps_cost(way.y, push.weight_y)), steps_cost(way.z, push.weight_z));
+        cost_t least =
+            min(min(steps_cost(way.x, push.weight_x), steps_cost(way.y, push.weight_y)), steps_cost(way.z, push.weight_z));
         return value > uintBitsToFloat(push.cap_raw) || (BORDER && least < value);
     }
 #endif
-    return is_none(value) || exact_raw(value) > push.cap_raw || (BORDER && steps_cost(METRIC == FM_GPU_L2 ? min(way_out(at), 65535u) : way_out(at), 1) < value);
+    return is_none(value) || exact_raw(value) > push.cap_raw ||
+           (BORDER && steps_cost(METRIC == FM_GPU_L2 ? min(way_out(at), 65535u) : way_out(at), 1) < value);
 }
 
 void finish_voxel(uvec3 at, uint64_t element, cost_t value, uvec3 site) {
@@ -79,8 +81,8 @@ uint steps_within(cost_t value, float weight, uint size) {
 #endif
 }
 
-// The first site of slice z within Linf distance `value` of a voxel. The passes know the lowest slice with one, but within it the site that
-// is nearest in the plane, and a maximum hides that another one comes first.
+// The first site of slice z within Linf distance `value` of a voxel. The passes know the lowest slice with one, but within it the
+// site that is nearest in the plane, and a maximum hides that another one comes first.
 uvec3 first_of_slice(uvec3 at, uint z, cost_t value) {
     uint reach_x = steps_within(value, push.weight_x, push.x);
     uint reach_y = steps_within(value, push.weight_y, push.y);

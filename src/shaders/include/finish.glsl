@@ -30,8 +30,9 @@ uint root_floor(uint raw) {
     return root < 65535u && (root + 1) * (root + 1) <= raw ? root + 1 : root;
 }
 
-// The root of a whole number below 2^24, correctly rounded, from a sqrt that is a few units in the last place off. A Newton step brings
-// it within one unit; x - r^2 is then exact in one fused operation, and r is right unless that exceeds r units in the last place.
+// The root of a whole number below 2^24, correctly rounded, from a sqrt that is a few units in the last place off. A Newton step
+// brings it within one unit; x - r^2 is then exact in one fused operation, and r is right unless that exceeds r units in the last
+// place.
 float root_small(uint raw) {
     float x = float(raw);
     float r = sqrt(x);
@@ -44,7 +45,8 @@ float root_small(uint raw) {
     return raw == 0 ? 0.0 : newton;
 }
 
-// The same for any 32-bit number, in 64-bit arithmetic: the mantissa m is the one for which (2m - 1)^2 < raw * 4 * 2^(2 * shift) < (2m + 1)^2.
+// The same for any 32-bit number, in 64-bit arithmetic: the mantissa m is the one for which (2m - 1)^2 < raw * 4 * 2^(2 * shift) <
+// (2m + 1)^2.
 float root_large(uint raw) {
     if (raw == 0) {
         return 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The columns of a pass: column (slice, x) runs along y in slice z, or along z in slice y when ALONG_Z. Groups own LANES * `wide` adjacent x.
-// Expects `push` (fm_column_push) and the constant ALONG_Z.
+// The columns of a pass: column (slice, x) runs along y in slice z, or along z in slice y when ALONG_Z. Groups own LANES * `wide`
+// adjacent x. Expects `push` (fm_column_push) and the constant ALONG_Z.
 
 uint column_rows() {
     return ALONG_Z ? push.z : push.y;
@@ -28,7 +28,7 @@ fm_address raw_at(uint64_t row, uint x, uint bytes) {
 }
 
 fm_address site_y_at(uint64_t row, uint x) {
-    return push.sites_y + (row * push.pitch + (x - push.x_begin)) * 4;
+    return push.sites_y + (row * (push.x_end - push.x_begin) + (x - push.x_begin)) * 4;
 }
 
 // The first x and the slice of this group, whose tile is `width` voxels wide; false for the groups past the last.

@@ -10,7 +10,9 @@
 typedef uint64_t fm_address;
 typedef uint32_t fm_uint;
 typedef float fm_float;
+// clang-format off
 #define FM_PUSH_STRUCT(name) typedef struct name name; struct name
+// clang-format on
 #else
 #define fm_address uint64_t
 #define fm_uint uint
@@ -63,13 +65,13 @@ FM_PUSH_STRUCT(fm_column_push) {
     fm_address carries;
     fm_address raw;       // raw distances of those columns: written by the pass along y, read by the one along z
     fm_address distance;  // 0: not wanted
-    fm_address sites_y;   // 32-bit y of the nearest site within the slice, as raw
+    fm_address sites_y;   // 32-bit y of the nearest site within the slice; stack.comp: its stacks
     fm_address index;
     fm_address first_word;  // brute force: the words of bits that this dispatch tries; `raw` and `sites_y` hold the best so far
     fm_uint word_count;
     fm_uint x, y, z;
     fm_uint x_begin, x_end;
-    fm_uint pitch;  // elements of a row of raw and sites_y
+    fm_uint pitch;  // elements of a row of raw
     fm_uint row_words;
     fm_uint cap_raw;    // exact, or the bits of a float when weighted
     fm_uint none_bits;  // result where there is no site, in the distance type
