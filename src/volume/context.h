@@ -9,7 +9,7 @@
 
 typedef struct fm_gpu fm_gpu;
 
-enum { FM_MAX_PASSES = 64 };
+enum { FM_MAX_PASSES = 128 };
 
 // What host memory is kept for.
 typedef enum fm_purpose { FM_PURPOSE_VOLUMES = 0, FM_PURPOSE_SCRATCH, FM_PURPOSE_STAGING, FM_PURPOSE_COUNT } fm_purpose;
