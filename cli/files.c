@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -102,6 +103,16 @@ int files_output_check(const char *path) {
         return cli_fail("%s: %s: make the directory %s, or name one that can be written", path, strerror(errno), directory);
     }
     return CLI_DONE;
+}
+
+int files_picture_check(const char *path) {
+    const size_t length = strlen(path);
+    struct stat status;
+    const bool special = files_is_pipe(path) || (stat(path, &status) == 0 && !S_ISREG(status.st_mode));
+    if (!special && (length < 4 || strcasecmp(path + length - 4, ".png") != 0)) {
+        return cli_usage("%s: pictures are PNG files: end the name in .png", path);
+    }
+    return files_output_check(path);
 }
 
 int files_write(const char *path, const fm_volume *volume, const fm_write_desc *desc, bool quiet) {

@@ -21,6 +21,8 @@ int files_read(const char *path, const fm_read_desc *desc, bool quiet, fm_volume
 
 // Says early what would fail only after the work: a directory that is not there or cannot be written. Returns an exit code.
 int files_output_check(const char *path);
+// The same for a picture, which must be named as the PNG it is.
+int files_picture_check(const char *path);
 
 // Writes like fm_file_write, with a progress bar. Returns an exit code.
 int files_write(const char *path, const fm_volume *volume, const fm_write_desc *desc, bool quiet);

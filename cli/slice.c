@@ -16,7 +16,7 @@ typedef struct slice_options {
 } slice_options;
 
 static int write_slice(const char *in, const fm_read_desc *read, const char *out, const slice_options *options) {
-    int status = files_output_check(out);
+    int status = files_picture_check(out);
     if (status != CLI_DONE) {
         return status;
     }
@@ -33,6 +33,8 @@ static int write_slice(const char *in, const fm_read_desc *read, const char *out
     const uint32_t index = options->index < 0 ? extent / 2 : (uint32_t)options->index;
     if (options->index >= (int64_t)extent) {
         status = cli_usage("--index is %" PRId64 ": the axis has %u slices, 0 to %u", options->index, extent, extent - 1);
+    } else if (options->desc.map == FM_COLOR_PALETTE && !fm_volume_palette(volume)) {
+        status = cli_usage("--map is palette: %s has none, as only .vox files do: leave --map out, or say labels", in);
     } else if (fm_slice_png(volume, options->axis, index, &options->desc, out, &shown) != FM_OK) {
         status = cli_library_failed();
     } else if (!options->quiet && !files_is_pipe(out)) {
@@ -44,20 +46,27 @@ static int write_slice(const char *in, const fm_read_desc *read, const char *out
 }
 
 int command_slice(int argc, char **argv) {
-    static const cli_help help = {"slice", "Writes one slice of a volume as a PNG picture.",
-                                  "fathom slice field.npy field.png\n"
-                                  "fathom slice field.npy side.png --axis y --index 100 --min 0 --max 40 --scale 2\n"};
+    static const cli_help help = {
+        "slice",
+        "Writes one slice of a volume as a PNG picture. Across z, x runs to the right and y downwards; across y,\n"
+        "x runs to the right and z upwards; across x, y runs to the right and z upwards.",
+        "fathom slice field.npy field.png\n"
+        "fathom slice labels.npy labels.png --map labels\n"
+        "fathom slice field.npy - | display\n"
+        "fathom slice field.npy side.png --axis y --index 100 --min 0 --max 40 --scale 2\n"};
     static const char *const axes[] = {"x", "y", "z", NULL};
-    static const char *const maps[] = {"auto", "sequential", "diverging", "grey", "palette", NULL};
+    static const char *const maps[] = {"auto", "sequential", "diverging", "grey", "palette", "labels", "gray", NULL};
     cli_args args = {0};
     files_input input;
     struct arg_str *in = cli_add(&args, arg_str1(NULL, NULL, "IN", "the volume; - reads .npy from standard input"));
-    struct arg_str *out = cli_add(&args, arg_str1(NULL, NULL, "OUT.png", "the picture"));
+    struct arg_str *out = cli_add(&args, arg_str1(NULL, NULL, "OUT.png", "the picture; - writes it to standard output"));
     struct arg_str *axis = cli_add(&args, arg_str0(NULL, "axis", "x|y|z", "axis across which to cut; default z"));
     struct arg_str *index = cli_add(&args, arg_str0(NULL, "index", "I", "which slice; default the middle one"));
     struct arg_str *least = cli_add(&args, arg_str0(NULL, "min", "V", "value at the low end of the colours"));
     struct arg_str *most = cli_add(&args, arg_str0(NULL, "max", "V", "value at the high end of the colours"));
-    struct arg_str *map = cli_add(&args, arg_str0(NULL, "map", "MAP", "auto, sequential, diverging, grey or palette"));
+    struct arg_str *map =
+        cli_add(&args, arg_str0(NULL, "map", "MAP", "auto, sequential, diverging, grey, palette or labels (a colour a value)"));
+    struct arg_lit *flip = cli_add(&args, arg_lit0(NULL, "flip", "the other way up, as for .vxl, whose z runs down"));
     struct arg_str *scale = cli_add(&args, arg_str0(NULL, "scale", "N", "pixels along the edge of a voxel; default 1"));
     struct arg_lit *mark =
         cli_add(&args, arg_lit0(NULL, "mark-largest", "the largest integer stands for no distance: show it grey"));
@@ -77,7 +86,8 @@ int command_slice(int argc, char **argv) {
             (!most->count || cli_double("--max", most->sval[0], &options.desc.max)) &&
             (!scale->count || cli_uint32("--scale", scale->sval[0], 1, &options.desc.scale))) {
             options.axis = (uint32_t)axis_place;
-            options.desc.map = (fm_color_map)map_place;
+            options.desc.map = map_place > (int)FM_COLOR_LABELS ? FM_COLOR_GREY : (fm_color_map)map_place;
+            options.desc.flip = flip->count > 0;
             options.desc.mark_largest = mark->count > 0;
             if (index->count && options.index < 0) {
                 cli_usage("--index is %s: 0 or more is wanted", index->sval[0]);

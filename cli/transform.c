@@ -27,6 +27,7 @@ typedef struct transform_outcome {
     fm_file_info input;
     fm_pass passes[REPORT_MAX_PASSES];
     uint32_t pass_count;
+    fm_slice_info slice;
     double wall_ms;
 } transform_outcome;
 
@@ -61,14 +62,16 @@ static fm_result compute(const transform_request *request, fm_context *context, 
     return result;
 }
 
-static int write_pending(const transform_request *request, fm_volume *distance, fm_volume *indices, fm_file_batch *batch) {
+static int write_pending(const transform_request *request, fm_volume *distance, fm_volume *indices, fm_file_batch *batch,
+                         fm_slice_info *shown) {
     if (request->slice) {
         fm_volume_desc about;
         fm_volume_info(distance, &about);
         const bool integer = about.type != FM_TYPE_F32;
-        const fm_slice_desc slice = {.mark_largest = integer && !request->desc.saturate && request->desc.max_distance == 0,
+        const fm_slice_desc slice = {.map = request->desc.is_signed ? FM_COLOR_DIVERGING : FM_COLOR_AUTO,
+                                     .mark_largest = integer && !request->desc.saturate && request->desc.max_distance == 0,
                                      .batch = batch};
-        if (fm_slice_png(distance, 2, about.shape.z / 2, &slice, request->slice, NULL) != FM_OK) {
+        if (fm_slice_png(distance, 2, about.shape.z / 2, &slice, request->slice, shown) != FM_OK) {
             return cli_library_failed();
         }
     }
@@ -80,12 +83,12 @@ static int write_pending(const transform_request *request, fm_volume *distance, 
 }
 
 // All files or none.
-static int write_all(const transform_request *request, fm_volume *distance, fm_volume *indices) {
+static int write_all(const transform_request *request, fm_volume *distance, fm_volume *indices, fm_slice_info *shown) {
     fm_file_batch *batch;
     if (fm_file_batch_create(NULL, &batch) != FM_OK) {
         return cli_library_failed();
     }
-    int status = write_pending(request, distance, indices, batch);
+    int status = write_pending(request, distance, indices, batch, shown);
     if (status == CLI_DONE && fm_file_batch_commit(batch) != FM_OK) {
         status = cli_library_failed();
     }
@@ -110,7 +113,7 @@ static void report_text(FILE *stream, const transform_request *request, const tr
         fprintf(stream, "%s: nearest solid voxels\n", request->indices);
     }
     if (request->slice) {
-        fprintf(stream, "%s: middle slice\n", request->slice);
+        fprintf(stream, "%s: middle slice across z, values %g to %g\n", request->slice, outcome->slice.min, outcome->slice.max);
     }
 }
 
@@ -181,7 +184,7 @@ static int transform_volume(transform_request *request, fm_volume *solid, transf
     if (result == FM_OK) {
         result = compute(request, context, solid, distance, indices, outcome);
     }
-    int status = result == FM_OK ? write_all(request, distance, indices) : cli_library_failed();
+    int status = result == FM_OK ? write_all(request, distance, indices, &outcome->slice) : cli_library_failed();
     fm_volume_destroy(distance);
     fm_volume_destroy(indices);
     fm_context_destroy(context);
@@ -189,12 +192,15 @@ static int transform_volume(transform_request *request, fm_volume *solid, transf
 }
 
 static int run(transform_request *request) {
-    const char *outputs[] = {request->out, request->indices, request->slice};
-    for (int i = 0; i < 3; i++) {
-        int status = outputs[i] ? files_output_check(outputs[i]) : CLI_DONE;
-        if (status != CLI_DONE) {
-            return status;
-        }
+    int checked = files_output_check(request->out);
+    if (checked == CLI_DONE && request->indices) {
+        checked = files_output_check(request->indices);
+    }
+    if (checked == CLI_DONE && request->slice) {
+        checked = files_picture_check(request->slice);
+    }
+    if (checked != CLI_DONE) {
+        return checked;
     }
     transform_outcome outcome = {0};
     fm_volume *solid;
@@ -220,7 +226,8 @@ static void add_options(cli_args *args, transform_args *a) {
     a->algorithm = cli_add(args, arg_str0(NULL, "algorithm", "NAME", "auto (default), separable or brute-force; all are exact"));
     a->is_signed = cli_add(args, arg_lit0(NULL, "signed", "negative inside the solid"));
     a->squared = cli_add(args, arg_lit0(NULL, "squared", "squared Euclidean distances"));
-    a->spacing = cli_add(args, arg_str0(NULL, "spacing", "N|X,Y,Z|file", "edges of a voxel, or the file's own; default voxel units"));
+    a->spacing =
+        cli_add(args, arg_str0(NULL, "spacing", "N|X,Y,Z|file", "edges of a voxel, or the file's own; default voxel units"));
     a->max_distance = cli_add(args, arg_str0(NULL, "max-distance", "D", "greater distances become this"));
     a->outside = cli_add(args, arg_str0(NULL, "outside", "empty|solid", "what lies outside the grid; default empty"));
     a->threshold = cli_add(args, arg_str0(NULL, "threshold", "T", "a voxel is solid at this value or above; default: if not 0"));
@@ -286,7 +293,8 @@ static bool read_numbers(const transform_args *a, transform_request *r) {
         }
         for (int i = 0; i < 3 && !r->file_spacing; i++) {
             if (r->desc.spacing[i] <= 0) {
-                cli_usage("--spacing is \"%s\": X,Y,Z or one number, all above 0, or the word file, are wanted", a->spacing->sval[0]);
+                cli_usage("--spacing is \"%s\": X,Y,Z or one number, all above 0, or the word file, are wanted",
+                          a->spacing->sval[0]);
                 return false;
             }
         }

@@ -77,6 +77,9 @@ ends 2 scene terrain out.npy --size 8 --seed x
 ends 2 scene sparse out.npy --size 8 --density 0
 ends 2 scene sparse out.npy --size 8 --density 1.5
 ends 2 slice a.npy
+ends 2 slice a.npy b.jpg
+says 'end the name in .png'
+ends 2 transform a.npy b.npy --slice b.jpg
 ends 2 slice a.npy b.png --axis w
 ends 2 slice a.npy b.png --index -1
 ends 2 slice a.npy b.png --min 3 --max 3

@@ -55,6 +55,20 @@ printf '\377\377\377\377\377\377\377\377\376\377\377\377\377\377\377\377' >"$wor
 grep -q '18446744073709551614 to 18446744073709551615, 2 different' "$work/.out" || bad "--stats of u64: $(cat "$work/.out")"
 rm "$work/floats.raw" "$work/wide.raw"
 
+# Pictures: no palette to show, the greys by both names, and the range beside the name.
+ends 2 slice row.raw row.png --shape 7,1,1 --input-type u8 --map palette
+says 'row.raw has none'
+[ ! -e "$work/row.png" ] || bad "a picture without its palette was written"
+for map in labels GREY gray; do
+    ends 0 slice row.raw "$map.png" --shape 7,1,1 --input-type u8 --map "$map"
+done
+cmp -s "$work/GREY.png" "$work/gray.png" || bad "grey and gray differ"
+cmp -s "$work/labels.png" "$work/gray.png" && bad "labels are grey"
+ends 0 slice row.raw turned.png --shape 1,7,1 --input-type u8 --flip
+ends 0 slice row.raw straight.png --shape 1,7,1 --input-type u8
+cmp -s "$work/turned.png" "$work/straight.png" && bad "--flip does nothing"
+rm "$work"/*.png
+
 # A grid three slices deep and wide, so that what lies outside is one step from its rim.
 head -c 27 /dev/zero >"$work/cube.raw"
 ends 0 transform cube.raw field.raw --shape 3,3,3 --input-type u8 --type u8 --metric l1 --outside solid
@@ -72,6 +86,6 @@ ends 0 convert one.npy one.nrrd
 ends 0 transform one.nrrd field.nrrd --spacing file --slice slice.png
 grep -q '^total ' "$work/.out" || bad "no table of passes: $(cat "$work/.out")"
 grep -q '^backend: ' "$work/.out" || bad "no backend named"
-grep -q 'slice.png' "$work/.out" || bad "the slice is not named"
+grep -q 'slice.png: middle slice across z, values 0 to 4' "$work/.out" || bad "the slice is not described: $(cat "$work/.out")"
 head -c 8 "$work/slice.png" | od -An -tx1 | grep -q '89 50 4e 47 0d 0a 1a 0a' || bad "slice.png is no PNG"
 finish

@@ -339,6 +339,13 @@ static void slice_pictures(void) {
         CHECK(pixel_is(pixels, width, 0, 1, low) && pixel_is(pixels, width, 2, 0, high));
     }
     free(pixels);
+    const fm_slice_desc flipped = {.flip = true};
+    CHECK_OK(fm_slice_png(volume, 0, 3, &flipped, io_path("x.png"), &info));
+    pixels = decode_png(io_path("x.png"), &width, &height);
+    if (CHECK(pixels != NULL) && CHECK(width == 3 && height == 2)) {
+        CHECK(pixel_is(pixels, width, 0, 0, low) && pixel_is(pixels, width, 2, 1, high));
+    }
+    free(pixels);
     // Signed values: 0 has the middle colour, and the range is symmetric.
     data[0] = -30;
     CHECK_OK(fm_slice_png(volume, 2, 0, NULL, io_path("d.png"), &info));
@@ -348,6 +355,41 @@ static void slice_pictures(void) {
     const fm_slice_desc palette = {.map = FM_COLOR_PALETTE};
     CHECK_FAILS(fm_slice_png(volume, 2, 0, &palette, io_path("e.png"), NULL), FM_ERROR_INVALID_ARGUMENT);
     CHECK(!io_exists(io_path("e.png")));
+    fm_volume_destroy(volume);
+}
+
+// Labels are told apart, 0 is black, and whole numbers below 0 are no signed distances by default.
+static void label_pictures(void) {
+    fm_volume *volume = NULL;
+    const fm_volume_desc desc = {.shape = {4, 2, 1}, .type = FM_TYPE_I16, .storage = FM_STORAGE_HOST};
+    if (!CHECK_OK(fm_volume_create(NULL, &desc, &volume))) {
+        return;
+    }
+    const int16_t labels[8] = {0, 1, 2, 3, 1000, 1001, -5, 1};
+    memcpy(fm_volume_data(volume), labels, sizeof labels);
+    fm_slice_info info;
+    uint32_t width = 0, height = 0;
+    const uint8_t black[3] = {0, 0, 0}, white[3] = {255, 255, 255};
+    const fm_slice_desc by_label = {.map = FM_COLOR_LABELS};
+    CHECK_OK(fm_slice_png(volume, 2, 0, &by_label, io_path("l.png"), &info));
+    uint8_t *pixels = decode_png(io_path("l.png"), &width, &height);
+    if (CHECK(pixels != NULL) && CHECK(width == 4 && height == 2 && info.map == FM_COLOR_LABELS)) {
+        CHECK(pixel_is(pixels, width, 0, 0, black));
+        CHECK(memcmp(pixels + 3, pixels + 21, 3) == 0);
+        for (int i = 0; i < 7; i++) {
+            for (int k = 0; k < i; k++) {
+                CHECK(memcmp(pixels + (size_t)3 * i, pixels + (size_t)3 * k, 3) != 0);
+            }
+        }
+    }
+    free(pixels);
+    CHECK_OK(fm_slice_png(volume, 2, 0, NULL, io_path("l.png"), &info));
+    pixels = decode_png(io_path("l.png"), &width, &height);
+    CHECK(info.map == FM_COLOR_GREY && info.min == -5 && info.max == 1001);
+    if (CHECK(pixels != NULL)) {
+        CHECK(pixel_is(pixels, width, 2, 1, black) && pixel_is(pixels, width, 1, 1, white));
+    }
+    free(pixels);
     fm_volume_destroy(volume);
 }
 
@@ -391,6 +433,7 @@ int main(void) {
     tiles();
     binvox_order();
     slice_pictures();
+    label_pictures();
     maps_are_monotone();
     return io_end();
 }

@@ -156,16 +156,18 @@ FM_API void fm_file_abort_all(void);
 FM_API fm_result fm_image_write_png(const char *path, uint32_t width, uint32_t height, uint32_t channels, const uint8_t *pixels);
 
 typedef enum fm_color_map {
-    // The volume's palette if it has one; else diverging when the slice or `min` is below 0; else sequential.
+    // The volume's palette if it has one; else, when the slice or `min` is below 0, diverging for floating point and grey for
+    // integers, which are heights or measurements more often than signed distances; else sequential.
     FM_COLOR_AUTO = 0,
     FM_COLOR_SEQUENTIAL,  // dark violet over teal to pale yellow, lightness rising evenly
     FM_COLOR_DIVERGING,   // blue below 0, near white at 0, red above; the range is made symmetric about 0
     FM_COLOR_GREY,
     FM_COLOR_PALETTE,  // the volume's
+    FM_COLOR_LABELS,   // black for 0, else one of 1,023 colours by a hash of the value, so that neighbours differ
 } fm_color_map;
 
-// The colour of `t` (clamped to 0..1) in a map other than AUTO and PALETTE, as sRGB. The maps are curves in Oklab (B. Ottosson, "A
-// perceptual color space for image processing", 2020) of evenly rising lightness. Thread-safe.
+// The colour of `t` (clamped to 0..1) in a map other than AUTO and PALETTE, as sRGB. The maps but LABELS are curves in Oklab (B.
+// Ottosson, "A perceptual color space for image processing", 2020) of evenly rising lightness. Thread-safe.
 FM_API void fm_color_map_rgb(fm_color_map map, double t, uint8_t rgb[3]);
 
 typedef struct fm_slice_desc {
@@ -173,6 +175,7 @@ typedef struct fm_slice_desc {
     double min, max;       // values at the two ends of the map; both 0: the finite range of the slice
     bool mark_largest;     // the largest value of an integer type means "no solid voxel", as +infinity does in F32
     uint32_t scale;        // pixels along the edge of a voxel, 1 to 64; 0: 1
+    bool flip;             // the other way up
     fm_file_batch *batch;  // as in fm_write_desc
 } fm_slice_desc;
 
@@ -185,8 +188,8 @@ typedef struct fm_slice_info {
 } fm_slice_info;
 
 // Writes the slice `index` across `axis` (0: x, 1: y, 2: z) as a PNG file. A slice across z shows x to the right and y downwards;
-// across y, x to the right and z upwards; across x, y to the right and z upwards. `desc` and `info` may be NULL. Errors: as
-// fm_file_write. Thread safety: as the volume's context.
+// across y, x to the right and z upwards; across x, y to the right and z upwards; the other way up where `flip` says so. `desc` and
+// `info` may be NULL. Errors: as fm_file_write. Thread safety: as the volume's context.
 FM_API fm_result fm_slice_png(const fm_volume *volume, uint32_t axis, uint32_t index, const fm_slice_desc *desc, const char *path,
                               fm_slice_info *info);
 

@@ -70,6 +70,11 @@ static oklch diverging(double t) {
     return (oklch){.l = 0.97 - 0.57 * side, .c = 0.17 * pow(side, 0.8), .h = t < 0.5 ? 255 : 35};
 }
 
+// `k`-th of the label colours: hues a golden angle apart, at four lightnesses.
+static oklch label(int k) {
+    return (oklch){.l = 0.52 + 0.11 * (k % 4), .c = 0.14, .h = fmod(k * 137.50776405, 360)};
+}
+
 void fm_color_map_rgb(fm_color_map map, double t, uint8_t rgb[3]) {
     double clamped = t > 0 ? (t < 1 ? t : 1) : 0;
     switch (map) {
@@ -78,6 +83,9 @@ void fm_color_map_rgb(fm_color_map map, double t, uint8_t rgb[3]) {
         break;
     case FM_COLOR_GREY:
         rgb[0] = rgb[1] = rgb[2] = (uint8_t)(clamped * 255 + 0.5);
+        break;
+    case FM_COLOR_LABELS:
+        srgb_from_oklch(clamped > 0 ? label((int)(clamped * 1023 + 0.5)) : (oklch){0}, rgb);
         break;
     case FM_COLOR_AUTO:
     case FM_COLOR_SEQUENTIAL:

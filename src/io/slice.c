@@ -18,7 +18,7 @@ typedef struct slice {
     uint32_t axis, index;
     uint32_t columns, rows;  // in voxels
     uint32_t scale;
-    bool mark_largest;
+    bool mark_largest, flip;
     fm_slice_info info;
     uint8_t *line;     // of pixels
     uint32_t painted;  // the voxel row that `line` shows
@@ -130,7 +130,12 @@ static void choose_map(slice *s, const fm_slice_desc *desc) {
     fm_slice_info *info = &s->info;
     info->map = desc->map;
     if (info->map == FM_COLOR_AUTO) {
-        info->map = s->volume->palette ? FM_COLOR_PALETTE : low < 0 ? FM_COLOR_DIVERGING : FM_COLOR_SEQUENTIAL;
+        const fm_type type = s->volume->desc.type;
+        const bool floating = type == FM_TYPE_F32 || type == FM_TYPE_F64;
+        info->map = s->volume->palette ? FM_COLOR_PALETTE
+                    : low >= 0         ? FM_COLOR_SEQUENTIAL
+                    : floating         ? FM_COLOR_DIVERGING
+                                       : FM_COLOR_GREY;
     }
     if (info->map == FM_COLOR_DIVERGING) {
         high = fmax(fabs(low), fabs(high));
@@ -143,6 +148,13 @@ static void choose_map(slice *s, const fm_slice_desc *desc) {
     }
 }
 
+static const uint8_t *label_color(const slice *s, double value) {
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    // The upper half of the product depends on all bits.
+    return s->lut[value == 0 ? 0 : 1 + (bits * 0x9e3779b97f4a7c15u >> 32) % (LEVELS - 1)];
+}
+
 static const uint8_t *color_of(const slice *s, double value) {
     if (isnan(value)) {
         return nan_color;
@@ -152,6 +164,9 @@ static const uint8_t *color_of(const slice *s, double value) {
     }
     if (is_no_site(s, value)) {
         return no_site_color;
+    }
+    if (s->info.map == FM_COLOR_LABELS) {
+        return label_color(s, value);
     }
     double span = s->info.max - s->info.min;
     // A slice of one value lies at the middle of a diverging map (it is 0 then) and at the foot of the others.
@@ -166,7 +181,7 @@ static const uint8_t *paint_row(void *user, uint32_t y) {
         s->painted = row;
         uint8_t *pixel = s->line;
         for (uint32_t column = 0; column < s->columns; column++) {
-            const uint8_t *color = color_of(s, slice_value(s, column, row));
+            const uint8_t *color = color_of(s, slice_value(s, column, s->flip ? s->rows - 1 - row : row));
             for (uint32_t i = 0; i < s->scale; i++, pixel += 3) {
                 memcpy(pixel, color, 3);
             }
@@ -184,7 +199,7 @@ static fm_result check_slice(const fm_volume *volume, uint32_t axis, uint32_t in
     if (index >= length) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "index is %u: the %c axis has slices 0 to %u", index, "xyz"[axis], length - 1);
     }
-    if ((unsigned)desc->map > FM_COLOR_PALETTE) {
+    if ((unsigned)desc->map > FM_COLOR_LABELS) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "map is %d: not an fm_color_map", (int)desc->map);
     }
     if (desc->map == FM_COLOR_PALETTE && !volume->palette) {
@@ -211,6 +226,7 @@ static fm_result paint(slice *s, const fm_slice_desc *desc, const char *path) {
                        s->rows, s->scale, FM_PNG_MAX_EDGE);
     }
     s->mark_largest = desc->mark_largest;
+    s->flip = desc->flip;
     s->painted = UINT32_MAX;
     s->info.width = s->columns * s->scale;
     s->info.height = s->rows * s->scale;
