@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+// The table of cases: shapes by patterns, and metrics by sides, limits, spacings and types.
+
 #include "cases.h"
 
 #include <math.h>

@@ -1,2 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "transform/kernel_passes.h"
+// The kernels of AVX2 (the flags are set in CMakeLists.txt).
+
+#include "transform/kernels_template.h"

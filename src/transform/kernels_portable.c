@@ -1,2 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include "transform/kernel_passes.h"
+// The kernels of any processor, in plain C.
+
+#include "transform/kernels_template.h"

@@ -2,6 +2,8 @@
 #ifndef FM_SEPARABLE_H
 #define FM_SEPARABLE_H
 
+// What the separable transforms on the CPU call of each other.
+
 #include "transform/plan.h"
 
 // The kernels that exist once an instruction set. Whether they do what a plan asks for; what they need; and the work.

@@ -132,7 +132,7 @@ DEFINE_FINISH(finish_u32, uint32_t, false)
 #define V(name) name##_u8
 #define CLEAR_WHERE clear_where_u8
 #define l1_u8_finish finish_u8
-#include "transform/l1_kernels.h"
+#include "transform/l1_template.h"
 #undef LANE
 #undef NONE
 #undef W
@@ -145,7 +145,7 @@ DEFINE_FINISH(finish_u32, uint32_t, false)
 #define V(name) name##_u16
 #define CLEAR_WHERE clear_where_u16
 #define l1_u16_finish finish_u16
-#include "transform/l1_kernels.h"
+#include "transform/l1_template.h"
 #undef NONE
 #undef W
 #undef V
@@ -166,7 +166,7 @@ static inline uint16_t window_u16_first(uint16_t steps, bool linf) {
 #define V(name) name##_u15
 #define STEPS(job) ((job)->steps_u15)
 #define window_u15_finish finish_u16
-#include "transform/window_kernels.h"
+#include "transform/window_template.h"
 #undef NONE
 #undef W
 #undef V
@@ -177,7 +177,7 @@ static inline uint16_t window_u16_first(uint16_t steps, bool linf) {
 #define V(name) name##_u16
 #define STEPS(job) ((job)->steps_u16)
 #define window_u16_finish finish_u16
-#include "transform/window_kernels.h"
+#include "transform/window_template.h"
 #undef LANE
 #undef NONE
 #undef W
@@ -194,7 +194,7 @@ static inline uint32_t window_u32_first(uint16_t steps, bool linf) {
 #define V(name) name##_u32
 #define STEPS(job) ((job)->steps_u32)
 #define window_u32_finish finish_u32
-#include "transform/window_kernels.h"
+#include "transform/window_template.h"
 
 // Takes the narrowest lanes that hold the slice. Neighbouring slices are alike, so that the width of the last one is tried first,
 // and now and then the next narrower one.
