@@ -40,15 +40,14 @@ void bench_session_destroy(bench_session *session);
 fm_context *bench_session_context(bench_session *session, fm_backend backend);
 // Bytes read and written in a second by a copy of a big volume, measured when first asked for; 0: see fm_last_error.
 double bench_session_bandwidth(bench_session *session, fm_backend backend);
-uint32_t bench_session_threads(const bench_session *session);
 
 // The functions return NULL, or why they failed: a text that lives until the thread's next call of the engine.
 typedef struct bench_engine {
     const char *name, *description;
     fm_backend backend;       // where it runs
     bool computes_distances;  // else its result is not checked
-    // NULL, or why it cannot do the case.
-    const char *(*refuses)(bench_session *session, const bench_case *what);
+    uint64_t max_voxels;      // bigger cases are left out; 0: none are
+    const char *limit;        // why
     // What is not timed: memory, and the input brought to where the engine computes. `input` and `output` are host arrays that
     // outlive the state.
     const char *(*prepare)(bench_session *session, const bench_case *what, const void *input, void *output, void **state);
@@ -69,6 +68,8 @@ typedef struct bench_engine {
 // Engine number `i`, or NULL past the last one.
 const bench_engine *bench_engine_at(uint32_t i);
 const bench_engine *bench_engine_find(const char *name);
+// NULL, or why the engine cannot do the case.
+const char *bench_engine_refuses(bench_session *session, const bench_engine *engine, const bench_case *what);
 
 typedef struct bench_limits {
     uint32_t runs;     // timed runs of a case, at most BENCH_STATS_MAX
@@ -120,7 +121,6 @@ bool bench_measure(bench_session *session, bench_scene *scene, const bench_engin
                    const bench_limits *limits, bench_result *result);
 
 // Names as options and tables have them.
-const char *bench_metric_name(fm_metric metric);
 const char *bench_type_name(const bench_case *what);   // of the output: "u8", "f32", "squared u32"
 const char *bench_input_name(const bench_case *what);  // "u8", "bits"
 

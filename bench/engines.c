@@ -91,30 +91,11 @@ static const char *fathom_fetch(void *opaque) {
     return fm_volume_download(state->distance, state->output.data) == FM_OK ? NULL : fm_last_error();
 }
 
-static const char *refuses_without(bench_session *session, fm_backend backend) {
-    return bench_session_context(session, backend) ? NULL : fm_last_error();
-}
-
-static const char *cpu_refuses(bench_session *session, const bench_case *what) {
-    (void)what;
-    return refuses_without(session, FM_BACKEND_CPU);
-}
-
-static const char *vulkan_refuses(bench_session *session, const bench_case *what) {
-    (void)what;
-    return refuses_without(session, FM_BACKEND_VULKAN);
-}
-
-static const char *brute_refuses(bench_session *session, const bench_case *what) {
-    if (bench_voxels(what) > 32 * 32 * 32) {
-        return "its time is quadratic: it is measured up to 32 x 32 x 32";
+const char *bench_engine_refuses(bench_session *session, const bench_engine *engine, const bench_case *what) {
+    if (engine->max_voxels && bench_voxels(what) > engine->max_voxels) {
+        return engine->limit;
     }
-    return refuses_without(session, FM_BACKEND_AUTO);
-}
-
-static const char *copy_refuses(bench_session *session, const bench_case *what) {
-    (void)what;
-    return refuses_without(session, FM_BACKEND_AUTO);
+    return bench_session_context(session, engine->backend) ? NULL : fm_last_error();
 }
 
 static const char *cpu_prepare(bench_session *session, const bench_case *what, const void *input, void *output, void **state) {
@@ -159,13 +140,14 @@ static const char *copy_run(void *opaque) {
 }
 
 static const bench_engine engines[] = {
-    {"fathom-vulkan", "Fathom on a Vulkan device", FM_BACKEND_VULKAN, true, vulkan_refuses, vulkan_prepare, fathom_run,
+    {"fathom-vulkan", "Fathom on a Vulkan device", FM_BACKEND_VULKAN, true, 0, NULL, vulkan_prepare, fathom_run,
      fathom_run_with_copies, fathom_passes, fathom_memory, fathom_device, fathom_fetch, fathom_release},
-    {"fathom-cpu", "Fathom on the CPU", FM_BACKEND_CPU, true, cpu_refuses, cpu_prepare, fathom_run, fathom_run_with_copies,
+    {"fathom-cpu", "Fathom on the CPU", FM_BACKEND_CPU, true, 0, NULL, cpu_prepare, fathom_run, fathom_run_with_copies,
      fathom_passes, fathom_memory, fathom_device, fathom_fetch, fathom_release},
-    {"brute-force", "Fathom's oracle, small grids only", FM_BACKEND_AUTO, true, brute_refuses, brute_prepare, fathom_run,
-     fathom_run_with_copies, fathom_passes, fathom_memory, fathom_device, fathom_fetch, fathom_release},
-    {"copy", "fm_volume_copy of a volume of the output's type", FM_BACKEND_AUTO, false, copy_refuses, copy_prepare, copy_run, NULL,
+    {"brute-force", "Fathom's oracle, small grids only", FM_BACKEND_AUTO, true, 32 * 32 * 32,
+     "its time is quadratic: it is measured up to 32 x 32 x 32", brute_prepare, fathom_run, fathom_run_with_copies, fathom_passes,
+     fathom_memory, fathom_device, fathom_fetch, fathom_release},
+    {"copy", "fm_volume_copy of a volume of the output's type", FM_BACKEND_AUTO, false, 0, NULL, copy_prepare, copy_run, NULL,
      fathom_passes, fathom_memory, fathom_device, NULL, fathom_release},
 };
 enum { ENGINE_COUNT = sizeof engines / sizeof engines[0] };

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "bench.h"
+#include "words.h"
 
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 // Warming up lasts until both are reached, so that clocks have risen and pages have been touched; but no more than a tenth of the
 // time that a case has.
@@ -15,12 +15,6 @@ typedef struct timings {
     double wall[BENCH_STATS_MAX], kernels[BENCH_STATS_MAX];
     double passes[BENCH_MAX_PASSES * BENCH_STATS_MAX];
 } timings;
-
-static double now_ms(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec * 1e3 + (double)time.tv_nsec * 1e-6;
-}
 
 static void note_passes(bench_result *result, const fm_pass *passes, uint32_t count, uint32_t run, timings *times) {
     times->kernels[run] = 0;
@@ -37,18 +31,18 @@ static void note_passes(bench_result *result, const fm_pass *passes, uint32_t co
 
 static const char *time_runs(const bench_engine *engine, void *state, const bench_limits *limits, timings *times,
                              bench_result *result) {
-    const double begin = now_ms();
+    const double begin = fm_now_ms();
     const char *failure = NULL;
     const double warm_up = limits->seconds * 100 < WARM_UP_MS ? limits->seconds * 100 : WARM_UP_MS;
-    for (int i = 0; !failure && (i < WARM_UP_RUNS || now_ms() - begin < warm_up); i++) {
+    for (int i = 0; !failure && (i < WARM_UP_RUNS || fm_now_ms() - begin < warm_up); i++) {
         failure = engine->run(state);
     }
-    const double first = now_ms();
+    const double first = fm_now_ms();
     uint32_t run = 0;
-    while (!failure && run < limits->runs && (run < LEAST_RUNS || now_ms() - first < limits->seconds * 1e3)) {
-        const double start = now_ms();
+    while (!failure && run < limits->runs && (run < LEAST_RUNS || fm_now_ms() - first < limits->seconds * 1e3)) {
+        const double start = fm_now_ms();
         failure = engine->run(state);
-        times->wall[run] = now_ms() - start;
+        times->wall[run] = fm_now_ms() - start;
         fm_pass passes[BENCH_MAX_PASSES];
         const uint32_t count = failure ? 0 : engine->passes(state, passes);
         if (!failure && run > 0 && count != result->pass_count) {
@@ -70,16 +64,16 @@ static const char *time_runs(const bench_engine *engine, void *state, const benc
 
 static const char *time_copies(const bench_engine *engine, void *state, const bench_limits *limits, bench_result *result) {
     double times[MOST_COPY_RUNS];
-    const double begin = now_ms();
+    const double begin = fm_now_ms();
     uint32_t run = 0;
-    for (int i = 0; i <= MOST_COPY_RUNS && (run < 1 || now_ms() - begin < limits->seconds * 1e3); i++) {
-        const double start = now_ms();
+    for (int i = 0; i <= MOST_COPY_RUNS && (run < 1 || fm_now_ms() - begin < limits->seconds * 1e3); i++) {
+        const double start = fm_now_ms();
         const char *failure = engine->run_with_copies(state);
         if (failure) {
             return failure;
         }
         if (i > 0) {
-            times[run++] = now_ms() - start;
+            times[run++] = fm_now_ms() - start;
         }
     }
     result->copies = bench_stats_of(times, run);

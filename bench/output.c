@@ -1,28 +1,16 @@
 // SPDX-License-Identifier: MIT
 #include "bench.h"
+#include "words.h"
 
 #include <inttypes.h>
 #include <string.h>
 
-const char *bench_metric_name(fm_metric metric) {
-    return metric == FM_METRIC_L1 ? "l1" : metric == FM_METRIC_LINF ? "linf" : "l2";
-}
-
 const char *bench_type_name(const bench_case *what) {
-    switch (what->output) {
-    case FM_TYPE_U8:
-        return "u8";
-    case FM_TYPE_U16:
-        return "u16";
-    case FM_TYPE_U32:
-        return what->metric == FM_METRIC_L2 ? "squared u32" : "u32";
-    default:
-        return "f32";
-    }
+    return bench_transform_desc(what).squared ? "squared u32" : fm_type_words[what->output];
 }
 
 const char *bench_input_name(const bench_case *what) {
-    return what->input == FM_TYPE_BITS ? "bits" : "u8";
+    return fm_type_words[what->input];
 }
 
 static double per_voxel(const bench_result *result, uint64_t bytes) {
@@ -48,7 +36,7 @@ void bench_print(FILE *stream, const bench_result *result) {
     char shape[40], types[32];
     shape_text(what->scene_desc.shape, shape);
     snprintf(types, sizeof types, "%s>%s", bench_input_name(what), bench_type_name(what));
-    fprintf(stream, "%-8s %-14s %-4s %-17s %-13s ", fm_scene_name(what->scene), shape, bench_metric_name(what->metric), types,
+    fprintf(stream, "%-8s %-14s %-4s %-17s %-13s ", fm_scene_name(what->scene), shape, fm_metric_words[what->metric], types,
             result->engine->name);
     if (result->failure[0]) {
         fprintf(stream, "FAILED: %s\n", result->failure);
@@ -88,7 +76,7 @@ static void csv_case(FILE *stream, const bench_result *result) {
     fprintf(stream, "%s,", result->engine->name);
     csv_text(stream, result->device);
     fprintf(stream, ",%s,%" PRIu64 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%s,%s,%s", fm_scene_name(what->scene),
-            what->scene_desc.seed, shape.x, shape.y, shape.z, bench_metric_name(what->metric), bench_input_name(what),
+            what->scene_desc.seed, shape.x, shape.y, shape.z, fm_metric_words[what->metric], bench_input_name(what),
             bench_type_name(what));
 }
 
@@ -201,7 +189,7 @@ static void add_case(cJSON *object, const bench_result *result) {
     cJSON_AddNumberToObject(object, "seed", (double)what->scene_desc.seed);
     cJSON_AddItemToObject(object, "shape", cJSON_CreateIntArray((const int[]){(int)shape.x, (int)shape.y, (int)shape.z}, 3));
     cJSON_AddNumberToObject(object, "solid_fraction", result->solid);
-    cJSON_AddStringToObject(object, "metric", bench_metric_name(what->metric));
+    cJSON_AddStringToObject(object, "metric", fm_metric_words[what->metric]);
     cJSON_AddStringToObject(object, "input", bench_input_name(what));
     cJSON_AddStringToObject(object, "output", bench_type_name(what));
 }

@@ -2,10 +2,10 @@
 #include "bench.h"
 #include "noise.h"
 #include "parallel.h"
+#include "words.h"
 
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 enum { COPY_RUNS = 15, COPY_WARM_UP = 2 };
 
@@ -28,10 +28,6 @@ void bench_session_destroy(bench_session *session) {
         fm_context_destroy(session->contexts[i]);
     }
     free(session);
-}
-
-uint32_t bench_session_threads(const bench_session *session) {
-    return session->desc.threads;
 }
 
 fm_context *bench_session_context(bench_session *session, fm_backend backend) {
@@ -76,22 +72,16 @@ static void copy_part(void *user, uint64_t i) {
     memcpy(job->target + i * job->part, job->source + i * job->part, job->part);
 }
 
-static double now_ms(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec * 1e3 + (double)time.tv_nsec * 1e-6;
-}
-
 // fm_volume_copy between host volumes runs on one thread, which a transform on several is not bounded by.
 static double host_copy(uint32_t threads, const uint8_t *source, uint8_t *target, uint64_t bytes) {
     const uint64_t parts = 64;
     copy_job job = {source, target, bytes / parts};
     double times[COPY_RUNS];
     for (int i = -COPY_WARM_UP; i < COPY_RUNS; i++) {
-        const double start = now_ms();
+        const double start = fm_now_ms();
         fm_parallel(threads, parts, copy_part, &job);
         if (i >= 0) {
-            times[i] = now_ms() - start;
+            times[i] = fm_now_ms() - start;
         }
     }
     return 2 * (double)bytes * 1e3 / bench_stats_of(times, COPY_RUNS).median;

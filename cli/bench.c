@@ -5,8 +5,8 @@
 #include "cli.h"
 #include "commands.h"
 #include "files.h"
+#include "words.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -27,10 +27,17 @@ typedef struct bench_plan {
     bool quiet;
 } bench_plan;
 
+typedef struct report {
+    const char *path;
+    FILE *stream;  // NULL: not wanted
+    char *text;
+    size_t size;
+} report;
+
 typedef struct reports {
-    FILE *csv, *passes;
+    report csv, passes;
     cJSON *results;
-    bool failed;
+    bool measured, failed;
 } reports;
 
 // L1 and Linf are measured as whole numbers that saturate, L2 as floats and as whole squares.
@@ -41,7 +48,7 @@ static bool fits(fm_metric metric, fm_type type) {
 
 static void measure(const bench_plan *plan, bench_session *session, bench_scene *scene, const bench_engine *engine,
                     const bench_case *what, reports *out) {
-    const char *refusal = engine->refuses(session, what);
+    const char *refusal = bench_engine_refuses(session, engine, what);
     if (refusal) {
         if (!plan->quiet) {
             fprintf(stderr, "fathom: %s is left out at %u x %u x %u: %s\n", engine->name, what->scene_desc.shape.x,
@@ -57,11 +64,12 @@ static void measure(const bench_plan *plan, bench_session *session, bench_scene 
     if (!plan->quiet) {
         bench_print(stdout, &result);
     }
-    if (out->csv) {
-        bench_csv(out->csv, &result);
+    out->measured = true;
+    if (out->csv.stream) {
+        bench_csv(out->csv.stream, &result);
     }
-    if (out->passes) {
-        bench_passes_csv(out->passes, &result);
+    if (out->passes.stream) {
+        bench_passes_csv(out->passes.stream, &result);
     }
     if (out->results) {
         cJSON_AddItemToArray(out->results, bench_json(&result));
@@ -145,52 +153,76 @@ static int measure_all(const bench_plan *plan, reports *out) {
     return status == CLI_DONE && out->failed ? CLI_FAILED : status;
 }
 
-static FILE *open_report(const char *path, int *status) {
-    FILE *file = path ? fopen(path, "w") : NULL;
-    if (path && !file) {
-        *status = cli_fail("%s: %s: name a file that can be written", path, strerror(errno));
-    }
-    return file;
+// A table that grows in memory, so that old results stay until the new ones are whole.
+static bool begin_report(const char *path, report *r) {
+    r->path = path;
+    r->stream = path ? open_memstream(&r->text, &r->size) : NULL;
+    return !path || r->stream;
 }
 
-static int close_report(FILE *file, const char *path, int status) {
-    if (!file) {
-        return status;
+// `write`: what was measured is worth a file.
+static int end_report(report *r, bool write, int status) {
+    const bool whole = r->stream && !ferror(r->stream);
+    if (r->stream && fclose(r->stream) == 0 && whole && write) {
+        int written = files_write_text(r->path, r->text, r->size);
+        status = status == CLI_DONE ? written : status;
+    } else if (r->stream && write) {
+        status = cli_fail("%s: out of memory for it: free some", r->path);
     }
-    const bool bad = ferror(file) != 0;
-    if (fclose(file) != 0 || bad) {
-        remove(path);
-        return cli_fail("%s: cannot be written to the end: free some space", path);
-    }
+    free(r->text);
     return status;
 }
 
+static int check_reports(const bench_plan *plan) {
+    const char *const paths[] = {plan->csv, plan->passes, plan->json};
+    for (int i = 0; i < 3; i++) {
+        int status = paths[i] ? files_output_check(paths[i]) : CLI_DONE;
+        if (status != CLI_DONE) {
+            return status;
+        }
+        for (int before = 0; before < i; before++) {
+            if (files_same(paths[before], paths[i])) {
+                return cli_usage("bench: two tables are the same file: give each its own name");
+            }
+        }
+    }
+    return CLI_DONE;
+}
+
 static int run(const bench_plan *plan) {
-    int status = CLI_DONE;
-    FILE *json = NULL;
-    reports out = {0};
-    out.csv = open_report(plan->csv, &status);
-    out.passes = status == CLI_DONE ? open_report(plan->passes, &status) : NULL;
-    json = status == CLI_DONE ? open_report(plan->json, &status) : NULL;
-    if (status == CLI_DONE) {
-        if (out.csv) {
-            bench_csv_header(out.csv);
+    int status = check_reports(plan);
+    if (status != CLI_DONE) {
+        return status;
+    }
+    reports out = {.results = plan->json ? cJSON_CreateArray() : NULL};
+    report json = {0};
+    if (!begin_report(plan->csv, &out.csv) || !begin_report(plan->passes, &out.passes) || !begin_report(plan->json, &json)) {
+        status = cli_fail("out of memory: free some");
+    } else {
+        if (out.csv.stream) {
+            bench_csv_header(out.csv.stream);
         }
-        if (out.passes) {
-            bench_passes_csv_header(out.passes);
+        if (out.passes.stream) {
+            bench_passes_csv_header(out.passes.stream);
         }
-        out.results = json ? cJSON_CreateArray() : NULL;
         status = measure_all(plan, &out);
     }
-    if (json && out.results) {
+    if (json.stream) {
         char *text = cJSON_Print(out.results);
-        fprintf(json, "%s\n", text ? text : "null");
+        if (text) {
+            fprintf(json.stream, "%s\n", text);
+        } else {
+            status = cli_fail("%s: out of memory for it: free some", plan->json);
+            out.measured = false;
+        }
         cJSON_free(text);
     }
     cJSON_Delete(out.results);
-    status = close_report(out.csv, plan->csv, status);
-    status = close_report(out.passes, plan->passes, status);
-    return close_report(json, plan->json, status);
+    // A case that failed is a row like others.
+    const bool worth = status == CLI_DONE || out.measured;
+    status = end_report(&out.csv, worth, status);
+    status = end_report(&out.passes, worth, status);
+    return end_report(&json, worth, status);
 }
 
 // Splits "a,b,c" and hands each word to `take`, which says what is wrong with it.
@@ -245,27 +277,34 @@ static bool take_engine(const char *option, const char *word, bench_plan *plan) 
 }
 
 static bool take_metric(const char *option, const char *word, bench_plan *plan) {
-    static const char *const words[] = {"l2", "l1", "linf", NULL};
     int place = 0;
-    bool good = cli_word(option, word, words, &place);
+    bool good = cli_word(option, word, fm_metric_words, &place);
     plan->metrics[plan->metric_count++] = (fm_metric)place;
     return good;
 }
 
 static bool take_type(const char *option, const char *word, bench_plan *plan) {
-    static const char *const words[] = {"u8", "u16", "u32", "f32", NULL};
-    int place = 0;
-    bool good = cli_word(option, word, words, &place);
-    plan->types[plan->type_count++] = (fm_type)place;
-    return good;
+    fm_type *type = &plan->types[plan->type_count++];
+    if (!cli_type(option, word, type)) {
+        return false;
+    }
+    if (*type != FM_TYPE_U8 && *type != FM_TYPE_U16 && *type != FM_TYPE_U32 && *type != FM_TYPE_F32) {
+        cli_usage("%s has \"%s\": fields of u8, u16, u32 and f32 are measured", option, word);
+        return false;
+    }
+    return true;
 }
 
 static bool take_input(const char *option, const char *word, bench_plan *plan) {
-    static const char *const words[] = {"u8", "bits", NULL};
-    int place = 0;
-    bool good = cli_word(option, word, words, &place);
-    plan->inputs[plan->input_count++] = place ? FM_TYPE_BITS : FM_TYPE_U8;
-    return good;
+    fm_type *type = &plan->inputs[plan->input_count++];
+    if (!cli_type(option, word, type)) {
+        return false;
+    }
+    if (*type != FM_TYPE_U8 && *type != FM_TYPE_BITS) {
+        cli_usage("%s has \"%s\": voxels of u8 and bits are measured", option, word);
+        return false;
+    }
+    return true;
 }
 
 // What this machine has: a real GPU is measured without being asked for, a software driver is not.
@@ -302,7 +341,7 @@ static void add_options(cli_args *args, bench_args *a) {
     a->samples = cli_add(args, arg_str0(NULL, "samples", "N", "voxels of each result that are checked; default 4000"));
     a->seed = cli_add(args, arg_str0(NULL, "seed", "S", "of the scenes; default 0"));
     a->density = cli_add(args, arg_str0(NULL, "density", "D", "of the sparse scene; default 0.001"));
-    a->csv = cli_add(args, arg_str0(NULL, "csv", "FILE", "write a row a case and engine, each when it is measured"));
+    a->csv = cli_add(args, arg_str0(NULL, "csv", "FILE", "write a row a case and engine, when all are measured"));
     a->passes = cli_add(args, arg_str0(NULL, "passes", "FILE", "write a CSV row a pass"));
     a->json = cli_add(args, arg_str0(NULL, "json", "FILE", "write everything as JSON"));
     a->list = cli_add(args, arg_lit0(NULL, "list-engines", "list the engines"));
@@ -336,7 +375,6 @@ static bool read_limits(const bench_args *a, bench_plan *p) {
 }
 
 static bool read_plan(const bench_args *a, bench_plan *p) {
-    static const char *const backends[] = {"auto", "cpu", "vulkan", NULL};
     int backend = 0;
     *p = (bench_plan){
         .csv = given(a->csv, NULL), .passes = given(a->passes, NULL), .json = given(a->json, NULL), .quiet = a->quiet->count > 0};
@@ -344,7 +382,7 @@ static bool read_plan(const bench_args *a, bench_plan *p) {
         cli_usage("bench: no benchmark \"%s\": transform is there", a->what->sval[0]);
         return false;
     }
-    if (!cli_word("--backend", given(a->backend, "auto"), backends, &backend) || !read_limits(a, p)) {
+    if (!cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) || !read_limits(a, p)) {
         return false;
     }
     p->session.backend = (fm_backend)backend;

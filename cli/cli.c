@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "cli.h"
 
+#include "words.h"
+
 #include <assert.h>
 #include <errno.h>
 #include <inttypes.h>
@@ -215,38 +217,46 @@ bool cli_shape(const char *option, const char *text, fm_shape *shape) {
     return true;
 }
 
-static const char *const type_names[] = {
-    [FM_TYPE_U8] = "u8",     [FM_TYPE_U16] = "u16", [FM_TYPE_U32] = "u32", [FM_TYPE_F32] = "f32",
-    [FM_TYPE_BITS] = "bits", [FM_TYPE_I8] = "i8",   [FM_TYPE_I16] = "i16", [FM_TYPE_I32] = "i32",
-    [FM_TYPE_U64] = "u64",   [FM_TYPE_I64] = "i64", [FM_TYPE_F64] = "f64",
-};
-enum { TYPE_COUNT = sizeof type_names / sizeof type_names[0] };
-
-const char *cli_type_name(fm_type type) {
-    return type_names[type];
-}
-
 bool cli_type(const char *option, const char *text, fm_type *type) {
-    for (int i = 0; i < TYPE_COUNT; i++) {
-        if (strcmp(text, type_names[i]) == 0 || strcmp(text, fm_type_name((fm_type)i)) == 0) {
-            *type = (fm_type)i;
-            return true;
-        }
+    int place = 0;
+    while (fm_type_words[place] && strcmp(text, fm_type_name((fm_type)place)) != 0) {
+        place++;
     }
-    cli_usage("%s is \"%s\": one of u8 u16 u32 u64 i8 i16 i32 i64 f32 f64 bits is wanted", option, text);
-    return false;
-}
-
-bool cli_format(const char *option, const char *text, fm_format *format) {
-    static const char *const words[] = {"auto", "npy", "raw", "nrrd", "nifti", "vox", "binvox", "octomap", NULL};
-    static const fm_format formats[] = {FM_FORMAT_AUTO,  FM_FORMAT_NPY, FM_FORMAT_RAW,    FM_FORMAT_NRRD,
-                                        FM_FORMAT_NIFTI, FM_FORMAT_VOX, FM_FORMAT_BINVOX, FM_FORMAT_OCTOMAP};
-    int chosen;
-    if (!cli_word(option, text, words, &chosen)) {
+    if (!fm_type_words[place] && !cli_word(option, text, fm_type_words, &place)) {
         return false;
     }
-    *format = formats[chosen];
+    *type = (fm_type)place;
     return true;
+}
+
+const char *const cli_format_words[] = {
+    [FM_FORMAT_AUTO] = "auto",
+    [FM_FORMAT_NPY] = "npy",
+    [FM_FORMAT_RAW] = "raw",
+    [FM_FORMAT_NRRD] = "nrrd",
+    [FM_FORMAT_NIFTI] = "nifti",
+    [FM_FORMAT_VOX] = "vox",
+    [FM_FORMAT_BINVOX] = "binvox",
+    [FM_FORMAT_OCTOMAP] = "octomap",
+    [FM_FORMAT_3DMAP] = "3dmap",
+    [FM_FORMAT_VXL] = "vxl",
+    NULL,
+};
+
+bool cli_format(const char *option, const char *text, fm_format *format) {
+    int place = 0;
+    bool good = cli_word(option, text, cli_format_words, &place);
+    *format = (fm_format)place;
+    return good;
+}
+
+const char *cli_list(const char *const *words, char text[256]) {
+    size_t used = 0;
+    text[0] = '\0';
+    for (int i = 0; words[i] && used < 256; i++) {
+        used += (size_t)snprintf(text + used, 256 - used, "%s%s", i ? ", " : "", words[i]);
+    }
+    return text;
 }
 
 bool cli_word(const char *option, const char *text, const char *const *words, int *value) {
@@ -256,12 +266,8 @@ bool cli_word(const char *option, const char *text, const char *const *words, in
             return true;
         }
     }
-    char list[256] = "";
-    for (int i = 0; words[i]; i++) {
-        size_t used = strlen(list);
-        snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", words[i]);
-    }
-    cli_usage("%s is \"%s\": one of %s is wanted", option, text, list);
+    char list[256];
+    cli_usage("%s is \"%s\": one of %s is wanted", option, text, cli_list(words, list));
     return false;
 }
 

@@ -46,7 +46,8 @@ bool cli_double(const char *option, const char *text, double *value);           
 bool cli_int64(const char *option, const char *text, int64_t *value);                    // decimal or 0x...
 bool cli_uint32(const char *option, const char *text, uint32_t least, uint32_t *value);  // at least `least`
 bool cli_type(const char *option, const char *text, fm_type *type);                      // "u8" to "f64", "bits", or NumPy's names
-bool cli_format(const char *option, const char *text, fm_format *format);
+bool cli_format(const char *option, const char *text, fm_format *format);                // see cli_format_words
+extern const char *const cli_format_words[];
 
 // A word, in either case, out of a list that ends with NULL; `value` gets its place in the list.
 bool cli_word(const char *option, const char *text, const char *const *words, int *value);
@@ -54,7 +55,7 @@ bool cli_word(const char *option, const char *text, const char *const *words, in
 // "12.3 GiB".
 const char *cli_bytes(uint64_t bytes, char text[32]);
 
-// The short name of a type, as options take it: "u8", "f32".
-const char *cli_type_name(fm_type type);
+// The words of a list that ends with NULL, with commas between them.
+const char *cli_list(const char *const *words, char text[256]);
 
 #endif

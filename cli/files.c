@@ -19,8 +19,9 @@ bool files_is_pipe(const char *path) {
 }
 
 void files_input_add(cli_args *args, files_input *input) {
-    input->format = cli_add(
-        args, arg_str0(NULL, "input-format", "FORMAT", "read as npy, raw, nrrd, nifti, vox, binvox, octomap, 3dmap or vxl"));
+    static char formats[300], list[256];
+    snprintf(formats, sizeof formats, "read as one of %s", cli_list(cli_format_words, list));
+    input->format = cli_add(args, arg_str0(NULL, "input-format", "FORMAT", formats));
     input->shape = cli_add(args, arg_str0(NULL, "shape", "X,Y,Z", "shape of a bare raw file"));
     input->type = cli_add(args, arg_str0(NULL, "input-type", "TYPE", "element type of a bare raw file, e.g. u8"));
     input->offset = cli_add(args, arg_str0(NULL, "offset", "BYTES", "bytes before the first element of a bare raw file"));

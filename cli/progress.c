@@ -1,27 +1,22 @@
 // SPDX-License-Identifier: MIT
 #include "progress.h"
 
+#include "words.h"
+
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
-static uint64_t now_ns(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (uint64_t)time.tv_sec * 1000000000u + (uint64_t)time.tv_nsec;
-}
-
 progress progress_begin(const char *what, bool enabled) {
-    uint64_t now = now_ns();
+    const double now = fm_now_ms();
     return (progress){.what = what, .enabled = enabled && isatty(STDERR_FILENO), .started = now, .drawn = now};
 }
 
 bool progress_step(void *user, uint64_t done, uint64_t total) {
-    enum { WIDTH = 30, INTERVAL = 100000000, PATIENCE = 300000000 };
+    enum { WIDTH = 30, INTERVAL_MS = 100, PATIENCE_MS = 300 };
     progress *bar = user;
-    const uint64_t now = bar->enabled ? now_ns() : 0;
-    if (!bar->enabled || total == 0 || now - bar->started < PATIENCE || now - bar->drawn < INTERVAL) {
+    const double now = bar->enabled ? fm_now_ms() : 0;
+    if (!bar->enabled || total == 0 || now - bar->started < PATIENCE_MS || now - bar->drawn < INTERVAL_MS) {
         return true;
     }
     bar->drawn = now;

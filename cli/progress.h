@@ -10,7 +10,7 @@
 typedef struct progress {
     const char *what;  // "reading a.npy"
     bool enabled, shown;
-    uint64_t started, drawn;  // in ns
+    double started, drawn;  // in ms
 } progress;
 
 progress progress_begin(const char *what, bool enabled);

@@ -3,10 +3,6 @@
 
 #include <string.h>
 
-const char *report_backend(fm_backend backend) {
-    return backend == FM_BACKEND_VULKAN ? "vulkan" : "cpu";
-}
-
 const char *report_device_kind(fm_device_kind kind) {
     switch (kind) {
     case FM_DEVICE_DISCRETE_GPU:

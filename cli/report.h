@@ -11,8 +11,6 @@
 
 enum { REPORT_MAX_PASSES = 64 };
 
-// "cpu" or "vulkan".
-const char *report_backend(fm_backend backend);
 // "discrete GPU", "software driver", ...
 const char *report_device_kind(fm_device_kind kind);
 

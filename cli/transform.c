@@ -5,10 +5,10 @@
 #include "commands.h"
 #include "files.h"
 #include "report.h"
+#include "words.h"
 
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 typedef struct transform_request {
     const char *in, *out, *indices, *slice;
@@ -31,14 +31,6 @@ typedef struct transform_outcome {
     double wall_ms;
 } transform_outcome;
 
-static const char *const metric_names[] = {"l2", "l1", "linf", NULL};
-
-static double now_ms(void) {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec * 1e3 + (double)time.tv_nsec * 1e-6;
-}
-
 static fm_array array_of(fm_volume *volume) {
     fm_volume_desc about;
     fm_volume_info(volume, &about);
@@ -52,9 +44,9 @@ static fm_result compute(const transform_request *request, fm_context *context, 
     if (indices) {
         nearest = array_of(indices);
     }
-    const double start = now_ms();
+    const double start = fm_now_ms();
     fm_result result = fm_transform_host(context, &request->desc, &from, &to, indices ? &nearest : NULL);
-    outcome->wall_ms = now_ms() - start;
+    outcome->wall_ms = fm_now_ms() - start;
     if (result == FM_OK) {
         outcome->pass_count = REPORT_MAX_PASSES;
         result = fm_context_passes(context, &outcome->pass_count, outcome->passes);
@@ -102,13 +94,13 @@ static void report_text(FILE *stream, const transform_request *request, const tr
     if (outcome->input.note[0]) {
         fprintf(stream, "note: %s\n", outcome->input.note);
     }
-    fprintf(stream, "backend: %s, %s (%s)\n\n", report_backend(outcome->backend), outcome->device.name, outcome->device.driver);
+    fprintf(stream, "backend: %s, %s (%s)\n\n", fm_backend_words[outcome->backend], outcome->device.name, outcome->device.driver);
     report_passes(stream, outcome->passes, outcome->pass_count);
     const double voxels = (double)shape.x * shape.y * shape.z;
     fprintf(stream, "\nwall time, copies and first use included: %.1f ms, %.4g Mvoxel/s\n", outcome->wall_ms,
             voxels * 1e-3 / outcome->wall_ms);
     fprintf(stream, "%s: %s distances, %s\n", files_is_pipe(request->out) ? "standard output" : request->out,
-            metric_names[request->desc.metric], fm_type_name(request->type));
+            fm_metric_words[request->desc.metric], fm_type_name(request->type));
     if (request->indices) {
         fprintf(stream, "%s: nearest solid voxels\n", request->indices);
     }
@@ -123,12 +115,12 @@ static bool print_json(FILE *stream, const transform_request *request, const tra
     cJSON_AddItemToObject(root, "shape", report_shape_json(outcome->input.shape));
     cJSON_AddStringToObject(root, "input_type", fm_type_name(outcome->input.type));
     cJSON_AddStringToObject(root, "note", outcome->input.note);
-    cJSON_AddStringToObject(root, "metric", metric_names[request->desc.metric]);
+    cJSON_AddStringToObject(root, "metric", fm_metric_words[request->desc.metric]);
     cJSON_AddBoolToObject(root, "signed", request->desc.is_signed);
     cJSON_AddBoolToObject(root, "squared", request->desc.squared);
     const bool spaced = request->desc.spacing[0] > 0;
     cJSON_AddItemToObject(root, "spacing", spaced ? cJSON_CreateDoubleArray(request->desc.spacing, 3) : cJSON_CreateNull());
-    cJSON_AddStringToObject(root, "backend", report_backend(outcome->backend));
+    cJSON_AddStringToObject(root, "backend", fm_backend_words[outcome->backend]);
     cJSON_AddItemToObject(root, "device", report_device_json(&outcome->device));
     cJSON_AddItemToObject(root, "passes", report_passes_json(outcome->passes, outcome->pass_count));
     cJSON_AddNumberToObject(root, "wall_milliseconds", outcome->wall_ms);
@@ -270,12 +262,11 @@ static bool distance_type(const char *text, bool is_signed, fm_type *type) {
 static bool read_words(const transform_args *a, transform_request *r) {
     static const char *const algorithms[] = {"auto", "separable", "brute-force", NULL};
     static const char *const outsides[] = {"empty", "solid", NULL};
-    static const char *const backends[] = {"auto", "cpu", "vulkan", NULL};
     int metric = 0, algorithm = 0, outside = 0, backend = 0;
-    if ((a->metric->count && !cli_word("--metric", a->metric->sval[0], metric_names, &metric)) ||
+    if ((a->metric->count && !cli_word("--metric", a->metric->sval[0], fm_metric_words, &metric)) ||
         (a->algorithm->count && !cli_word("--algorithm", a->algorithm->sval[0], algorithms, &algorithm)) ||
         (a->outside->count && !cli_word("--outside", a->outside->sval[0], outsides, &outside)) ||
-        (a->backend->count && !cli_word("--backend", a->backend->sval[0], backends, &backend))) {
+        (a->backend->count && !cli_word("--backend", a->backend->sval[0], fm_backend_words, &backend))) {
         return false;
     }
     r->desc.metric = (fm_metric)metric;

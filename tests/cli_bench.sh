@@ -23,6 +23,23 @@ assert all(r["kernels"]["runs"] >= 3 for r in d)' "$work/b.json" || bad "b.json 
 fi
 
 ends 1 bench transform --sizes 8 --scenes shell --runs 3 --seconds 0.1 --engines fathom-cpu --csv nowhere/b.csv
+ends 1 bench transform --sizes 8 --scenes shell --runs 3 --seconds 0.01 --engines fathom-cpu --csv /dev/full --quiet
+ends 2 bench transform --sizes 8 --scenes shell --runs 3 --seconds 0.01 --engines fathom-cpu \
+    --csv c.csv --passes ./c.csv
+# Old results stay until there are new ones.
+cp "$work/b.csv" "$work/old.csv"
+ends 1 bench transform --sizes 8 --scenes shell --runs 3 --engines fathom-vulkan --device 'no such device' --csv b.csv
+if env --default-signal=INT true 2>/dev/null; then
+    (cd "$work" && exec env --default-signal=INT "$fathom" bench transform --sizes 32 --scenes shell --engines brute-force --backend cpu \
+        --runs 1000 --seconds 1000 --csv b.csv --json new.json >"$work/.out") &
+    bench=$!
+    sleep 2
+    kill -INT "$bench"
+    wait "$bench"
+    [ "$?" = 130 ] || bad "SIGINT did not end the benchmark"
+fi
+cmp -s "$work/b.csv" "$work/old.csv" || bad "results were lost to a benchmark that did not end"
+rm "$work/old.csv"
 ends 1 bench transform --sizes 8 --scenes shell --runs 3 --seconds 0.1 --engines fathom-vulkan --device 'no such device'
 holds b.csv b.json p.csv
 finish
