@@ -33,7 +33,8 @@ int command_convert(int argc, char **argv) {
                                   "fathom convert dump.bin scan.nrrd --shape 512,512,300 --input-type i16 --compress\n"};
     cli_args args = {0};
     files_input input;
-    struct arg_str *in = cli_add(&args, arg_str1(NULL, NULL, "IN", "the volume; - reads .npy from standard input"));
+    struct arg_str *in =
+        cli_add(&args, arg_str1(NULL, NULL, "IN", "the volume; - reads standard input, .npy unless told otherwise"));
     struct arg_str *out = cli_add(&args, arg_str1(NULL, NULL, "OUT", "the copy; - writes .npy to standard output"));
     files_input_add(&args, &input);
     struct arg_str *format =

@@ -34,7 +34,7 @@ static int write_slice(const char *in, const fm_read_desc *read, const char *out
     if (options->index >= (int64_t)extent) {
         status = cli_usage("--index is %" PRId64 ": the axis has %u slices, 0 to %u", options->index, extent, extent - 1);
     } else if (options->desc.map == FM_COLOR_PALETTE && !fm_volume_palette(volume)) {
-        status = cli_usage("--map is palette: %s has none, as only .vox files do: leave --map out, or say labels", in);
+        status = cli_usage("--map is palette: %s has no palette: leave --map out, or say labels", in);
     } else if (fm_slice_png(volume, options->axis, index, &options->desc, out, &shown) != FM_OK) {
         status = cli_library_failed();
     } else if (!options->quiet && !files_is_pipe(out)) {
@@ -58,7 +58,8 @@ int command_slice(int argc, char **argv) {
     static const char *const maps[] = {"auto", "sequential", "diverging", "grey", "palette", "labels", "gray", NULL};
     cli_args args = {0};
     files_input input;
-    struct arg_str *in = cli_add(&args, arg_str1(NULL, NULL, "IN", "the volume; - reads .npy from standard input"));
+    struct arg_str *in =
+        cli_add(&args, arg_str1(NULL, NULL, "IN", "the volume; - reads standard input, .npy unless told otherwise"));
     struct arg_str *out = cli_add(&args, arg_str1(NULL, NULL, "OUT.png", "the picture; - writes it to standard output"));
     struct arg_str *axis = cli_add(&args, arg_str0(NULL, "axis", "x|y|z", "axis across which to cut; default z"));
     struct arg_str *index = cli_add(&args, arg_str0(NULL, "index", "I", "which slice; default the middle one"));

@@ -5,8 +5,10 @@
 #include "commands.h"
 #include "files.h"
 #include "report.h"
+#include "stats.h"
 #include "words.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -28,6 +30,7 @@ typedef struct transform_outcome {
     fm_pass passes[REPORT_MAX_PASSES];
     uint32_t pass_count;
     fm_slice_info slice;
+    bool any_solid, any_empty;
     double wall_ms;
 } transform_outcome;
 
@@ -101,6 +104,11 @@ static void report_text(FILE *stream, const transform_request *request, const tr
             voxels * 1e-3 / outcome->wall_ms);
     fprintf(stream, "%s: %s distances, %s\n", files_is_pipe(request->out) ? "standard output" : request->out,
             fm_metric_words[request->desc.metric], fm_type_name(request->type));
+    const double *edges = outcome->input.spacing;
+    if (request->desc.spacing[0] == 0 && (edges[0] != 1 || edges[1] != 1 || edges[2] != 1)) {
+        fprintf(stream, "note: distances are in voxels, of %g, %g, %g in the file: --spacing file gives world units\n", edges[0],
+                edges[1], edges[2]);
+    }
     if (request->indices) {
         fprintf(stream, "%s: nearest solid voxels\n", request->indices);
     }
@@ -123,6 +131,8 @@ static bool print_json(FILE *stream, const transform_request *request, const tra
     cJSON_AddStringToObject(root, "backend", fm_backend_words[outcome->backend]);
     cJSON_AddItemToObject(root, "device", report_device_json(&outcome->device));
     cJSON_AddItemToObject(root, "passes", report_passes_json(outcome->passes, outcome->pass_count));
+    cJSON_AddBoolToObject(root, "any_solid", outcome->any_solid);
+    cJSON_AddBoolToObject(root, "any_empty", outcome->any_empty);
     cJSON_AddNumberToObject(root, "wall_milliseconds", outcome->wall_ms);
     cJSON_AddStringToObject(root, "output", request->out);
     cJSON_AddStringToObject(root, "type", fm_type_name(request->type));
@@ -138,6 +148,10 @@ static bool print_json(FILE *stream, const transform_request *request, const tra
 static int report(const transform_request *request, const transform_outcome *outcome) {
     // What is printed must not get between the bytes of the field.
     FILE *stream = files_is_pipe(request->out) ? stderr : stdout;
+    if (!request->quiet && !(outcome->any_solid && outcome->any_empty)) {
+        fprintf(stderr, "fathom: note: %s voxel is solid: fathom info --stats shows what values there are\n",
+                outcome->any_solid ? "every" : "no");
+    }
     if (request->json) {
         return print_json(stream, request, outcome) ? CLI_DONE : cli_fail("out of memory for the report: free some");
     }
@@ -176,11 +190,31 @@ static int transform_volume(transform_request *request, fm_volume *solid, transf
     if (result == FM_OK) {
         result = compute(request, context, solid, distance, indices, outcome);
     }
+    if (result == FM_OK) {
+        stats_sides(distance, &outcome->any_solid, &outcome->any_empty);
+    }
     int status = result == FM_OK ? write_all(request, distance, indices, &outcome->slice) : cli_library_failed();
     fm_volume_destroy(distance);
     fm_volume_destroy(indices);
     fm_context_destroy(context);
     return status;
+}
+
+// What only the file can tell to be wrong.
+static bool check_input(const transform_request *request, const fm_file_info *input) {
+    long double least, most;
+    if (request->desc.select == FM_SELECT_LABEL && stats_type_range(input->type, &least, &most) &&
+        (request->desc.label < least || request->desc.label > most)) {
+        cli_usage("--label is %" PRId64 ": %s holds %s, from %.0Lf to %.0Lf; fathom info --stats lists its values",
+                  request->desc.label, request->in, fm_type_name(input->type), least, most);
+        return false;
+    }
+    if (request->file_spacing && !input->has_spacing) {
+        cli_usage("--spacing is file: %s tells no voxel size; give X,Y,Z, or leave --spacing out for distances in voxels",
+                  request->in);
+        return false;
+    }
+    return true;
 }
 
 static int run(transform_request *request) {
@@ -198,7 +232,7 @@ static int run(transform_request *request) {
     fm_volume *solid;
     int status = files_read(request->in, &request->read, request->quiet, &solid, &outcome.input);
     if (status == CLI_DONE) {
-        status = transform_volume(request, solid, &outcome);
+        status = check_input(request, &outcome.input) ? transform_volume(request, solid, &outcome) : CLI_USAGE;
         fm_volume_destroy(solid);
     }
     return status == CLI_DONE ? report(request, &outcome) : status;
@@ -212,7 +246,7 @@ typedef struct transform_args {
 } transform_args;
 
 static void add_options(cli_args *args, transform_args *a) {
-    a->in = cli_add(args, arg_str1(NULL, NULL, "IN", "the voxels; - reads .npy from standard input"));
+    a->in = cli_add(args, arg_str1(NULL, NULL, "IN", "the voxels; - reads standard input, .npy unless told otherwise"));
     a->out = cli_add(args, arg_str1(NULL, NULL, "OUT", "the field; - writes .npy to standard output"));
     a->metric = cli_add(args, arg_str0(NULL, "metric", "l1|l2|linf", "Manhattan, Euclidean (default) or chessboard"));
     a->algorithm = cli_add(args, arg_str0(NULL, "algorithm", "NAME", "auto (default), separable or brute-force; all are exact"));

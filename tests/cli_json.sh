@@ -20,6 +20,7 @@ ends 0 info 'a "b".npy' --json
 has 'd["shape"] == [20, 10, 5] and d["type"] == "uint8" and d["format"] == "npy" and d["path"] == "a \"b\".npy"'
 ends 0 transform 'a "b".npy' f.npy --json --backend cpu
 has 'd["backend"] == "cpu" and d["device"]["kind"] == "host" and d["output"] == "f.npy" and d["spacing"] is None'
+has 'd["any_solid"] and d["any_empty"]'
 has 'len(d["passes"]) > 0 and all(p["milliseconds"] >= 0 and p["bytes"] > 0 for p in d["passes"]) and d["wall_milliseconds"] > 0'
 ends 0 transform 'a "b".npy' f.npy --json --spacing 1,2,3 --metric l1 --signed --indices i.npy --slice s.png
 has 'd["spacing"] == [1, 2, 3] and d["signed"] and d["metric"] == "l1" and d["indices"] == "i.npy" and d["slice"] == "s.png"'

@@ -18,6 +18,15 @@ grep -q '^total ' report || bad "the report is not on stderr: $(cat report)"
 "$fathom" scene city - --size 20,30,10 | "$fathom" transform - - --quiet | "$fathom" convert - last.npy --quiet || bad "a chain of pipes"
 cmp -s field.npy last.npy || bad "a field through a chain differs"
 
+# Other formats come through a pipe when they are named, and pictures go into one.
+"$fathom" convert a.npy a.raw --quiet || bad "convert to raw"
+"$fathom" transform - - --shape 20,30,10 --input-type u8 --quiet <a.raw >piped.npy || bad "raw through a pipe"
+cmp -s field.npy piped.npy || bad "a field of raw voxels through a pipe differs"
+"$fathom" slice a.npy a.png --quiet || bad "slice"
+"$fathom" slice - - <a.npy >piped.png 2>report || bad "a picture into a pipe"
+cmp -s a.png piped.png || bad "a picture through a pipe differs"
+"$fathom" info - <a.npy | grep -q '20 x 30 x 10' || bad "info of a pipe"
+
 mkfifo fifo
 cat fifo >drained.npy &
 reader=$!

@@ -34,6 +34,25 @@ gives '2 2 2 2 1 0 0' u1 --type u8 --metric l1 --label 7 --max-distance 2
 gives '255 255 255 255 255 255 255' u1 --type u8 --metric l1 --label 99
 gives '3 3 3 3 3 3 3' u1 --type u8 --metric l1 --label 99 --max-distance 3
 gives '0 0 0 0 0 0 0' f4 --threshold 0
+
+# What selects nothing, or all, is said; what the type cannot hold is refused.
+ends 0 transform row.raw field.npy --shape 7,1,1 --input-type u8 --label 99
+says 'note: no voxel is solid'
+ends 0 transform row.raw field.npy --shape 7,1,1 --input-type u8 --threshold 8
+says 'note: no voxel is solid'
+ends 0 transform row.raw field.npy --shape 7,1,1 --input-type u8 --threshold 0 --signed --type i16
+says 'note: every voxel is solid'
+ends 0 transform row.raw field.npy --shape 7,1,1 --input-type u8 --threshold 7 --signed --type i16
+[ ! -s "$work/.err" ] || bad "a field of both sides is noted: $(cat "$work/.err")"
+ends 2 transform row.raw none.npy --shape 7,1,1 --input-type u8 --label 256
+says 'from 0 to 255'
+ends 2 transform row.raw none.npy --shape 7,1,1 --input-type i8 --label -129
+says 'from -128 to 127'
+ends 2 transform row.raw none.npy --shape 7,1,1 --input-type u8 --spacing file
+says 'tells no voxel size'
+[ ! -e "$work/none.npy" ] || bad "a refusal wrote a field"
+rm "$work/field.npy"
+
 gives '1 0.5 0 0.5 0.5 0 0' f4 --spacing 0.5,1,1
 gives '1 0.5 0 0.5 0.5 0 0' f4 --spacing 0.5,3,2
 gives '1 0.5 0 0.5 0.5 0 0' f4 --spacing 0.5
@@ -57,7 +76,7 @@ rm "$work/floats.raw" "$work/wide.raw"
 
 # Pictures: no palette to show, the greys by both names, and the range beside the name.
 ends 2 slice row.raw row.png --shape 7,1,1 --input-type u8 --map palette
-says 'row.raw has none'
+says 'row.raw has no palette'
 [ ! -e "$work/row.png" ] || bad "a picture without its palette was written"
 for map in labels GREY gray; do
     ends 0 slice row.raw "$map.png" --shape 7,1,1 --input-type u8 --map "$map"
@@ -83,6 +102,16 @@ ends 0 transform row.raw field.npy --shape 7,1,1 --input-type u8 --indices neare
 # The report names the passes; the file's own spacing is taken when asked for.
 ends 0 scene single one.npy --size 9,5,3
 ends 0 convert one.npy one.nrrd
+ends 2 transform one.npy field.nrrd --spacing file
+printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 7 1 1\nspacings: 0.5 3 2\nencoding: raw\n\n' >"$work/thin.nrrd"
+cat "$work/row.raw" >>"$work/thin.nrrd"
+ends 0 transform thin.nrrd thin.npy
+grep -q 'distances are in voxels, of 0.5, 3, 2 in the file: --spacing file' "$work/.out" || bad "no word of units: $(cat "$work/.out")"
+ends 0 transform thin.nrrd thin.raw --spacing file
+grep -q 'in voxels' "$work/.out" && bad "world units are called voxels"
+[ "$(od -An -v -tf4 -w28 "$work/thin.raw" | tr -s ' ' | sed 's/^ //')" = '1 0.5 0 0.5 0.5 0 0' ] || bad "--spacing file is not applied"
+# The sidecar of a raw field tells its spacing too.
+ends 0 transform thin.raw again.npy --spacing file
 ends 0 transform one.nrrd field.nrrd --spacing file --slice slice.png
 grep -q '^total ' "$work/.out" || bad "no table of passes: $(cat "$work/.out")"
 grep -q '^backend: ' "$work/.out" || bad "no backend named"

@@ -157,7 +157,7 @@ int main(void) {
     data_root = getenv("FATHOM_DATA");
     data_root = data_root && data_root[0] ? data_root : "../shared/data";
     if (!io_exists(data_path("voxels/study.vox"))) {
-        return check_skip("the data of other people is not here (FATHOM_DATA names its folder)");
+        return check_skip("the data of other people is not here (to test with it, name its folder in the environment variable FATHOM_DATA)");
     }
     if (!io_begin()) {
         return check_summary();

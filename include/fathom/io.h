@@ -66,6 +66,7 @@ typedef struct fm_file_info {
     double origin[3];     // as in fm_volume_desc
     uint64_t file_bytes;  // of the file that holds the elements; 0 when it is a pipe
     uint64_t bytes;       // of the volume
+    bool has_spacing;     // the file tells its spacing; where it does not, that is 1, 1, 1
     bool compressed;
     bool big_endian;
     bool fortran_order;      // .npy

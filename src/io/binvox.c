@@ -76,6 +76,7 @@ static fm_result binvox_open(fm_reader *reader) {
     reader->info.type = FM_TYPE_U8;
     // `scale` is the length of the longest side; `translate` the position of the grid's lowest corner.
     uint64_t longest = fm_max_u64(axes[0], fm_max_u64(axes[1], axes[2]));
+    reader->info.has_spacing = true;
     for (int i = 0; i < 3; i++) {
         reader->info.spacing[i] = header.scale / (double)longest;
         reader->info.origin[i] = header.translate[i] + 0.5 * reader->info.spacing[i];

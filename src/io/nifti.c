@@ -95,6 +95,7 @@ static fm_result place(fm_reader *reader, const nifti_1_header *header) {
                                         header->pixdim[0] < 0 ? -1.0f : 1.0f);
     }
     bool straight = true;
+    reader->info.has_spacing = true;
     for (int i = 0; i < 3; i++) {
         reader->info.spacing[i] = (double)steps[i];
         reader->info.origin[i] = oriented ? (double)matrix.m[i][3] : 0;

@@ -288,7 +288,9 @@ static void place(fm_reader *reader, const Nrrd *nrrd, const uint32_t kept[3]) {
             step = sqrt(sum);
         }
         // Not a number: not given.
-        reader->info.spacing[i] = isfinite(step) && step > 0 ? step : 1;
+        const bool given = isfinite(step) && step > 0;
+        reader->info.spacing[i] = given ? step : 1;
+        reader->info.has_spacing = reader->info.has_spacing || given;
         if (i < nrrd->spaceDim && isfinite(nrrd->spaceOrigin[i])) {
             reader->info.origin[i] = nrrd->spaceOrigin[i];
         }

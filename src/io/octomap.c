@@ -133,6 +133,7 @@ static fm_result octomap_open(fm_reader *reader) {
         return fm_input_fail(reader->input, FM_ERROR_FORMAT, "knows no voxel: its tree is empty");
     }
     uint64_t axes[3];
+    reader->info.has_spacing = true;
     for (int i = 0; i < 3; i++) {
         axes[i] = map->high[i] - map->low[i];
         reader->info.spacing[i] = map->resolution;

@@ -108,7 +108,7 @@ typedef struct sidecar {
     uint64_t offset;
     bool big_endian;
     double spacing[3], origin[3];
-    bool has_shape, has_type;
+    bool has_shape, has_type, has_spacing;
 } sidecar;
 
 static bool parse_entry(sidecar *side, const char *key, const char *value) {
@@ -130,7 +130,7 @@ static bool parse_entry(sidecar *side, const char *key, const char *value) {
         return good;
     }
     if (strcmp(key, "spacing") == 0) {
-        return parse_doubles(value, side->spacing);
+        return side->has_spacing = parse_doubles(value, side->spacing);
     }
     return strcmp(key, "origin") == 0 && parse_doubles(value, side->origin);
 }
@@ -219,6 +219,7 @@ static fm_result raw_open(fm_reader *reader) {
     }
     fm_file_info *info = &reader->info;
     memcpy(info->spacing, side.spacing, sizeof info->spacing);
+    info->has_spacing = side.has_spacing;
     memcpy(info->origin, side.origin, sizeof info->origin);
     info->big_endian = side.big_endian;
     reader->dense.type = side.type;
