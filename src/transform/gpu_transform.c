@@ -229,14 +229,11 @@ static fm_result lay_out(transform_job *job, uint64_t distance, uint64_t index) 
     bool two_passes = plan->shape.z > 1 && !plan->brute_force;
     bool keeps = two_passes || (plan->brute_force && words > brute_words(plan));
     bool result_fits = plan->want_distance && fm_type_size(plan->distance_type) == 4 && !plan->is_signed;
-    // The stacks of the pass along y go where the result will be; the raw distances then lie elsewhere.
-    bool stacks = job->along_y.kernel == FM_KERNEL_STACK;
-    bool stack_in_result = stacks && two_passes && result_fits;
-    job->raw_in_result = two_passes && job->width == 4 && result_fits && !stacks && !is_search(&job->along_z) &&
-                         !is_scan(&job->along_y) && !is_scan(&job->along_z);
+    job->raw_in_result = two_passes && job->width == 4 && result_fits && !is_search(&job->along_z) && !is_scan(&job->along_y) &&
+                         !is_scan(&job->along_z);
     uint64_t raw_bytes = keeps && !job->raw_in_result ? job->width : 0;
     uint64_t site_bytes = keeps && plan->want_index ? (plan->brute_force ? 8 : 4) : 0;
-    uint64_t stack_bytes = stacks && !stack_in_result ? 4 : 0;
+    uint64_t stack_bytes = job->along_y.kernel == FM_KERNEL_STACK || job->along_z.kernel == FM_KERNEL_STACK ? 4 : 0;
     uint64_t budget = rows * plan->shape.x * 4;
     uint64_t slab_rows;
     uint64_t total;
@@ -255,7 +252,7 @@ static fm_result lay_out(transform_job *job, uint64_t distance, uint64_t index) 
     uint64_t behind = base + bits_bytes + carries_bytes;
     job->raw = job->raw_in_result ? distance : behind;
     job->column.pitch = job->raw_in_result ? plan->shape.x : (uint32_t)fm_round_up(job->slab, 16);
-    job->column.sites_y = stack_in_result ? distance : fm_round_up(behind + slab_rows * raw_bytes, 256);
+    job->column.sites_y = fm_round_up(behind + slab_rows * raw_bytes, 256);
     return FM_OK;
 }
 
