@@ -39,13 +39,21 @@ static void store(const char *path, const void *data, size_t size) {
     }
 }
 
+static char raw[1024];
+
+static void remove_raw(void) {
+    unlink(raw);
+}
+
 static fm_result read_with_sidecar(const uint8_t *data, size_t size, fm_volume **volume, fm_file_info *info) {
-    static char raw[64], sidecar[80];
+    static char sidecar[sizeof raw + 4];
     if (!raw[0]) {
         static const uint8_t elements[RAW_BYTES];
-        snprintf(raw, sizeof raw, "/tmp/fathom-fuzz-%ld.raw", (long)getpid());
+        const char *folder = getenv("TMPDIR");
+        snprintf(raw, sizeof raw, "%s/fathom-fuzz-%ld.raw", folder && folder[0] ? folder : "/tmp", (long)getpid());
         snprintf(sidecar, sizeof sidecar, "%s.txt", raw);
         store(raw, elements, sizeof elements);
+        atexit(remove_raw);
     }
     store(sidecar, data, size);
     fm_result result = fm_file_read(NULL, raw, NULL, volume, info);

@@ -9,11 +9,12 @@ seconds=${1:?usage: fuzz/run.sh SECONDS [TARGET...]}
 shift
 cd "$(dirname "$0")/.."
 build=build/fuzz
-targets=${*:-auto npy raw nrrd nifti vox binvox octomap 3dmap vxl}
 
 CC=clang cmake -S . -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DFATHOM_FUZZ=ON \
     -DFATHOM_SANITIZE=address,undefined -DFATHOM_VULKAN=OFF -DFATHOM_CLI=OFF -DFATHOM_TESTS=OFF >"$build.log" 2>&1 ||
     { cat "$build.log"; exit 1; }
+all=$(cat "$build/fuzz/targets")
+targets=${*:-$all}
 wanted=fuzz_seeds
 for target in $targets; do
     wanted="$wanted fuzz_$target"
@@ -21,6 +22,9 @@ done
 # shellcheck disable=SC2086
 ninja -C "$build" $wanted
 mkdir -p "$build/found"
+for target in $all; do
+    mkdir -p "$build/seeds/$target"
+done
 "$build/fuzz/fuzz_seeds" "$build/seeds"
 
 status=0

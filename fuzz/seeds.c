@@ -6,7 +6,6 @@
 
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 
 static bool write_bytes(const char *directory, const char *name, const void *data, size_t size) {
     char path[1024];
@@ -88,16 +87,9 @@ static bool write_vxl(const char *directory) {
 }
 
 int main(int argc, char **argv) {
-    static const char *const folders[] = {"auto", "npy", "raw", "nrrd", "nifti", "vox", "binvox", "octomap", "3dmap", "vxl"};
     if (argc != 2) {
         fprintf(stderr, "usage: %s DIRECTORY\n", argv[0]);
         return 2;
-    }
-    char path[1024];
-    mkdir(argv[1], 0777);
-    for (size_t i = 0; i < sizeof folders / sizeof folders[0]; i++) {
-        snprintf(path, sizeof path, "%s/%s", argv[1], folders[i]);
-        mkdir(path, 0777);
     }
     const char *d = argv[1];
     bool good = write_volume(d, "npy", "a.npy", FM_TYPE_F32, false) && write_volume(d, "npy", "a.npy.gz", FM_TYPE_U16, false) &&

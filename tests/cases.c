@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+// SplitMix64: G. Steele, D. Lea and C. Flood, "Fast splittable pseudorandom number generators", 2014.
 uint64_t test_random(uint64_t *seed) {
     *seed += 0x9e3779b97f4a7c15u;
     uint64_t value = (*seed ^ (*seed >> 30)) * 0xbf58476d1ce4e5b9u;

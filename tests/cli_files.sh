@@ -123,7 +123,8 @@ grep -q 'uint16' "$work/.out" || bad "a transform onto its own input gives: $(ca
 rm "$work/out.npy"
 
 # Real files, where they are there.
-data=${FATHOM_DATA:-../shared/data}
+data=${FATHOM_DATA:-data}
+[ -n "${FATHOM_DATA:-}" ] || [ -d data ] || data=../shared/data
 if [ -f "$data/volumes/freiburg_geb079.bt" ]; then
     data=$(cd "$data" && pwd)
     ends 0 transform "$data/volumes/freiburg_geb079.bt" out.npy --threshold 2 --type u16 --metric l1 --slice s.png

@@ -155,7 +155,9 @@ static void study(bool hidden) {
 
 int main(void) {
     data_root = getenv("FATHOM_DATA");
-    data_root = data_root && data_root[0] ? data_root : "../shared/data";
+    if (!data_root || !data_root[0]) {
+        data_root = io_exists("data") ? "data" : "../shared/data";
+    }
     if (!io_exists(data_path("voxels/study.vox"))) {
         return check_skip("the data of other people is not here (to test with it, name its folder in the environment variable FATHOM_DATA)");
     }
