@@ -109,6 +109,10 @@ ln -s d.npy "$work/link.npy"
 ends 2 transform a.npy d.npy --indices link.npy
 cmp -s "$work/a.npy" "$work/d.npy" || bad "a refused command changed its output"
 ends 0 transform a.npy d.npy --indices sub/d.npy --quiet
+# A link to nowhere becomes the file.
+ln -s nowhere "$work/sub/e.npy"
+ends 0 transform a.npy sub/f.npy --indices sub/e.npy --quiet
+ends 0 info sub/e.npy
 rm -r "$work/sub" "$work/d.npy" "$work/link.npy"
 
 # A failure leaves what was there before.

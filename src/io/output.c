@@ -275,7 +275,7 @@ fm_result fm_output_finish(fm_output *output) {
 fm_result fm_output_rename(fm_output *output, bool undoable) {
     struct stat status;
     const bool there = lstat(output->target, &status) == 0;
-    if (there && !S_ISREG(status.st_mode)) {
+    if (there && !S_ISREG(status.st_mode) && !S_ISLNK(status.st_mode)) {
         return output_error(output, "rename the finished file", S_ISDIR(status.st_mode) ? EISDIR : EEXIST);
     }
     const char *from = output->temporary->path;
