@@ -159,7 +159,8 @@ int main(void) {
         data_root = io_exists("data") ? "data" : "../shared/data";
     }
     if (!io_exists(data_path("voxels/study.vox"))) {
-        return check_skip("the data of other people is not here (to test with it, name its folder in the environment variable FATHOM_DATA)");
+        return check_skip(
+            "the data of other people is not here (to test with it, name its folder in the environment variable FATHOM_DATA)");
     }
     if (!io_begin()) {
         return check_summary();
