@@ -25,8 +25,13 @@ typedef struct outputs {
     uint64_t indices[MOST_BYTES / 8];
 } outputs;
 
+// Instruction sets of the CPU backend, as FATHOM_SIMD names them.
+enum { SETS = 3 };
+static const char *const sets[SETS] = {"portable", "avx2", "avx512"};
+
 typedef struct test_runner {
     fm_context *reference;
+    bool has_set[SETS];
     fm_context *subjects[3];  // CPU: 1, 2 and 5 threads; Vulkan: one
     uint32_t subject_count;
     uint8_t solid[MOST_BYTES];
@@ -70,16 +75,29 @@ static int64_t float_order(float value) {
     return bits < 0 ? -(int64_t)(bits & INT32_MAX) : bits;
 }
 
-// Element at which two arrays differ, or -1. World units are floats that a device may round otherwise.
-static int64_t first_difference(const test_variant *variant, uint64_t voxels, const void *a, const void *b) {
-    const bool rounded = variant->distance == FM_TYPE_F32 && variant->desc.spacing[0] != 0;
+// Where axes differ the raw distances are sums of floats, which a device may round otherwise.
+static bool may_round(const test_runner *runner, const test_variant *variant) {
+    const double *spacing = variant->desc.spacing;
+    const bool sums_round = spacing[0] != spacing[1] || spacing[0] != spacing[2];
+    return sums_round && fm_context_backend(runner->subjects[0]) == FM_BACKEND_VULKAN;
+}
+
+// Element at which the distances differ, or -1.
+static int64_t first_difference(const test_runner *runner, const test_variant *variant, uint64_t voxels) {
+    const void *a = runner->wanted.distance;
+    const void *b = runner->got.distance;
+    const bool rounded = variant->distance == FM_TYPE_F32 && may_round(runner, variant);
     const size_t size = fm_type_size(variant->distance);
     for (uint64_t i = 0; i < voxels; i++) {
         if (memcmp((const uint8_t *)a + i * size, (const uint8_t *)b + i * size, size) == 0) {
             continue;
         }
-        const int64_t apart = rounded ? float_order(((const float *)a)[i]) - float_order(((const float *)b)[i]) : INT64_MAX;
-        if (llabs(apart) > ULPS) {
+        if (!rounded) {
+            return (int64_t)i;
+        }
+        const float wanted = ((const float *)a)[i];
+        const float got = ((const float *)b)[i];
+        if (isinf(wanted) || isinf(got) || llabs(float_order(wanted) - float_order(got)) > ULPS) {
             return (int64_t)i;
         }
     }
@@ -115,16 +133,14 @@ static double way(const context_of_check *at, uint64_t from, uint64_t to) {
 static int64_t first_other_site(const test_runner *runner, const context_of_check *at) {
     const fm_shape shape = at->grid->shape;
     const uint64_t voxels = (uint64_t)shape.x * shape.y * shape.z;
-    const double *spacing = at->variant->desc.spacing;
-    const bool sums_round = spacing[0] != spacing[1] || spacing[0] != spacing[2];
-    const bool may_round = sums_round && fm_context_backend(runner->subjects[0]) == FM_BACKEND_VULKAN;
+    const bool rounded = may_round(runner, at->variant);
     for (uint64_t i = 0; i < voxels; i++) {
         const uint64_t wanted = index_at(&runner->wanted, at->variant->index, i);
         const uint64_t got = index_at(&runner->got, at->variant->index, i);
         if (wanted == got) {
             continue;
         }
-        if (!may_round || wanted >= voxels || got >= voxels || !runner->solid[got] ||
+        if (!rounded || wanted >= voxels || got >= voxels || !runner->solid[got] ||
             fabs(way(at, i, got) - way(at, i, wanted)) > ULPS * 0x1p-23 * way(at, i, wanted)) {
             return (int64_t)i;
         }
@@ -136,7 +152,7 @@ static void compare(const test_runner *runner, const context_of_check *at) {
     const fm_shape shape = at->grid->shape;
     const uint64_t voxels = (uint64_t)shape.x * shape.y * shape.z;
     if (at->variant->want_distance) {
-        int64_t difference = first_difference(at->variant, voxels, runner->wanted.distance, runner->got.distance);
+        int64_t difference = first_difference(runner, at->variant, voxels);
         if (!CHECK(difference < 0)) {
             describe(at, difference);
         }
@@ -219,7 +235,6 @@ static void run_one(test_runner *runner, fm_context *context, const fm_transform
 
 static void run_case(test_runner *runner, const test_grid *grid, const test_variant *variant, const test_encoding *encoding,
                      uint32_t number) {
-    static const char *const simd[] = {"portable", "avx2", "avx512"};
     context_of_check at = {grid, variant, encoding, "brute force"};
     fm_transform_desc desc = variant->desc;
     desc.algorithm = FM_ALGORITHM_BRUTE_FORCE;
@@ -231,10 +246,12 @@ static void run_case(test_runner *runner, const test_grid *grid, const test_vari
     fm_context *context = runner->subjects[number % runner->subject_count];
     desc = described(variant, encoding, FM_ALGORITHM_AUTO);
     if (fm_context_backend(context) == FM_BACKEND_CPU) {
-        for (int i = 0; i < 3; i++) {
-            setenv("FATHOM_SIMD", simd[i], 1);
-            at.how = simd[i];
-            run_one(runner, context, &desc, &at);
+        for (int i = 0; i < SETS; i++) {
+            if (runner->has_set[i]) {
+                setenv("FATHOM_SIMD", sets[i], 1);
+                at.how = sets[i];
+                run_one(runner, context, &desc, &at);
+            }
         }
         unsetenv("FATHOM_SIMD");
     } else {
@@ -289,6 +306,25 @@ static void print_log(void *user, fm_log_level level, const char *message) {
     if (level >= FM_LOG_WARNING) {
         fprintf(stderr, "log: %s\n", message);
     }
+}
+
+// Which sets this processor has: the library takes its best one in place of one that is missing, and its context says which.
+static void find_sets(test_runner *runner) {
+    for (int i = 0; i < SETS; i++) {
+        const fm_context_desc desc = {.backend = FM_BACKEND_CPU, .threads = 1};
+        fm_context *context = NULL;
+        setenv("FATHOM_SIMD", sets[i], 1);
+        if (CHECK_OK(fm_context_create(&desc, &context))) {
+            fm_device_info info;
+            fm_context_device(context, &info);
+            const char *set = strrchr(info.driver, ' ');
+            runner->has_set[i] = set && strcmp(set + 1, sets[i]) == 0;
+        }
+        fm_context_destroy(context);
+        printf("%s kernels: %s\n", sets[i], runner->has_set[i] ? "tested" : "skipped, this processor has none");
+    }
+    unsetenv("FATHOM_SIMD");
+    CHECK(runner->has_set[0]);
 }
 
 static fm_result create_subjects(test_runner *runner, const test_options *options) {
@@ -380,6 +416,9 @@ int main(int count, char **arguments) {
     }
     const fm_context_desc host = {.backend = FM_BACKEND_CPU};
     if (CHECK_OK(result) && CHECK_OK(fm_context_create(&host, &runner.reference))) {
+        if (options.backend == FM_BACKEND_CPU) {
+            find_sets(&runner);
+        }
         run_table(&runner, options.stride);
     }
     for (uint32_t i = 0; i < runner.subject_count; i++) {
