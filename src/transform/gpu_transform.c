@@ -60,32 +60,19 @@ typedef struct transform_job {
     column_pass along_y, along_z;
 } transform_job;
 
-// The values that are solid, as a range of the element type.
 static void select_values(transform_job *job) {
-    const fm_plan *plan = job->plan;
-    fm_encode_push *push = &job->encode;
-    push->low = 1;
-    push->span = 1;
-    if (job->solid_type == FM_TYPE_F32) {
-        if (plan->select == FM_SELECT_THRESHOLD) {
-            float low = (float)plan->threshold;
-            low = (double)low < plan->threshold ? nextafterf(low, INFINITY) : low;
-            memcpy(&push->low, &low, sizeof low);
-            push->span = 0;
-        }
-        return;
-    }
-    uint32_t greatest = job->solid_type == FM_TYPE_BITS ? 1 : (uint32_t)fm_type_greatest(job->solid_type);
-    push->span = greatest - 1;
-    if (plan->select == FM_SELECT_THRESHOLD) {
-        double low = ceil(plan->threshold);
-        job->nothing = low > greatest;
-        push->low = low <= 0 || job->nothing ? 0 : (uint32_t)low;
-        push->span = greatest - push->low;
-    } else if (plan->select == FM_SELECT_LABEL) {
-        job->nothing = plan->label < 0 || plan->label > (int64_t)greatest;
-        push->low = job->nothing ? 0 : (uint32_t)plan->label;
-        push->span = 0;
+    fm_value_range range = fm_plan_selected(job->plan, job->solid_type);
+    job->nothing = range.nothing;
+    if (range.outside) {  // of floats: every number but 0
+        job->encode.low = 0;
+        job->encode.span = 1;
+    } else if (job->solid_type == FM_TYPE_F32) {
+        float least = (float)range.least.f;
+        memcpy(&job->encode.low, &least, sizeof least);
+        job->encode.span = 0;
+    } else {
+        job->encode.low = (uint32_t)range.least.u;
+        job->encode.span = (uint32_t)(range.most.u - range.least.u);
     }
 }
 
@@ -207,7 +194,6 @@ static void fill_column_push(transform_job *job, uint64_t bits, uint64_t carries
         memcpy(&push->cap_raw, &plan->cap_raw_weighted, sizeof push->cap_raw);
     }
     push->none_bits = result_bits(plan, plan->value_none);
-    push->cap_bits = result_bits(plan, plan->value_none);
     push->weight_x = plan->weighted ? plan->weight[0] : 1;
     push->weight_y = plan->weighted ? plan->weight[1] : 1;
     push->weight_z = plan->weighted ? plan->weight[2] : 1;

@@ -102,10 +102,8 @@ void finish_exact(uvec3 at, uint64_t element, uint raw) {
         return;
     }
     uint bits;
-    if (raw == FM_GPU_NONE) {
+    if (raw == FM_GPU_NONE || raw > push.cap_raw) {
         bits = push.none_bits;
-    } else if (raw > push.cap_raw) {
-        bits = push.cap_bits;
     } else if (out_is_float()) {
         precise float value = (METRIC == FM_GPU_L2 && !SQUARED ? root_exact(raw) : float(raw)) * push.scale;
         bits = floatBitsToUint(value);
@@ -134,10 +132,8 @@ void finish_weighted(uvec3 at, uint64_t element, float raw) {
         return;
     }
     uint bits;
-    if (floatBitsToUint(raw) >= 0x7f800000u) {
+    if (floatBitsToUint(raw) >= 0x7f800000u || raw > uintBitsToFloat(push.cap_raw)) {
         bits = push.none_bits;
-    } else if (raw > uintBitsToFloat(push.cap_raw)) {
-        bits = push.cap_bits;
     } else {
         bits = floatBitsToUint(METRIC == FM_GPU_L2 && !SQUARED ? root_weighted(raw) : raw);
     }

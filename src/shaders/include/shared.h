@@ -74,8 +74,7 @@ FM_PUSH_STRUCT(fm_column_push) {
     fm_uint pitch;  // elements of a row of raw
     fm_uint row_words;
     fm_uint cap_raw;    // exact, or the bits of a float when weighted
-    fm_uint none_bits;  // result where there is no site, in the distance type
-    fm_uint cap_bits;   // result above the cap, in the distance type
+    fm_uint none_bits;  // result where there is no site or none within the cap, in the distance type
     fm_float weight_x, weight_y, weight_z;
     fm_float scale;
 };
