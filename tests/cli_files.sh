@@ -36,6 +36,12 @@ ends 1 transform . out.npy
 head -c 24 /dev/zero >"$work/some.raw"
 ends 1 transform some.raw out.npy
 ends 1 transform some.raw out.npy --shape 2147483647,2147483647,2147483647 --input-type u32
+printf 'voxel 4 5 6\n0 0 0\n3 4 5\n' >"$work/map"
+ends 0 info map --input-format 3dmap
+ends 1 info map --input-format vxl
+ends 2 info map --input-format 4dmap
+says '3dmap, vxl'
+rm "$work/map"
 rm -f "$work/a.vox" "$work/zero.npy"
 holds a.npy short.npy some.raw text.npy
 
