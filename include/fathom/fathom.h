@@ -396,8 +396,14 @@ typedef struct fm_transform_desc {
 // Errors: FM_ERROR_INVALID_ARGUMENT (also for NaN in a floating point grid under FM_SELECT_THRESHOLD or FM_SELECT_NONZERO: the
 // message names the first such voxel), FM_ERROR_RANGE, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY. On an error
 // outputs are untouched, unless the device was lost meanwhile. Thread safety: as the context. `fm_transform_host` returns when the
-// arrays are written. Source: separable passes after Saito and Toriwaki 1994 and Meijster, Roerdink and Hesselink 2000; the argmin
-// of each column is monotone (Aggarwal et al. 1987), which is what the parallel search of the columns rests on.
+// arrays are written.
+//
+// Source: one exact pass an axis, and on the CPU the search outwards along a column that ends where no row farther away can win:
+// Saito and Toriwaki 1994, "New algorithms for Euclidean distance transformation of an n-dimensional digitized picture", here past
+// blocks of rows by their minima. L1 by sweeps along the columns: Rosenfeld and Pfaltz 1968, "Distance functions on digital
+// pictures"; on Vulkan these are scans. There the other columns rest on the row of the nearest site never decreasing (total
+// monotonicity: Aggarwal et al. 1987, "Geometric applications of a matrix-searching algorithm"), or on the lower envelope of
+// parabolas (Felzenszwalb and Huttenlocher 2012, "Distance transforms of sampled functions").
 FM_API fm_result fm_transform_host(fm_context *context, const fm_transform_desc *desc, const fm_array *solid,
                                    const fm_array *distance, const fm_array *indices);
 
