@@ -72,7 +72,15 @@ done
 printf '\377\377\377\377\377\377\377\377\376\377\377\377\377\377\377\377' >"$work/wide.raw"
 "$fathom" info - --shape 2,1,1 --input-type u64 --stats <"$work/wide.raw" >"$work/.out" || bad "info of a pipe"
 grep -q '18446744073709551614 to 18446744073709551615, 2 different' "$work/.out" || bad "--stats of u64: $(cat "$work/.out")"
-rm "$work/floats.raw" "$work/wide.raw"
+# Where all voxels are solid, their indices are as many values.
+for count in 65536 65537; do
+    ends 0 scene full many.npy --size "$count,1,1"
+    ends 0 transform many.npy field.npy --indices many.npy --quiet
+    ends 0 info many.npy --stats
+    [ "$count" = 65536 ] && words='0 to 65535, 65536 different' || words='0 to 65536, more than 65536 different'
+    grep -q "$words" "$work/.out" || bad "--stats of $count values: $(cat "$work/.out")"
+done
+rm "$work/floats.raw" "$work/wide.raw" "$work/many.npy" "$work/field.npy"
 
 # Pictures: no palette to show, the greys by both names, and the range beside the name.
 ends 2 slice row.raw row.png --shape 7,1,1 --input-type u8 --map palette
