@@ -3,13 +3,14 @@
 #include "memory.glsl"
 #include "column.glsl"
 
-// The oracle: one invocation owns one voxel and tries the sites of `word_count` words of bits in the order of their indices. Between
-// the dispatches the best cost (4 bytes) and its site (8 bytes, the bit's number) stay in memory: drivers end loops that run too long.
+// The oracle: one invocation owns one voxel and tries the sites of `word_count` words of bits in the order of their indices.
+// Between the dispatches the best cost (4 bytes) and its site (8 bytes, the bit's number) stay in memory: drivers end loops that
+// run too long.
 
 layout(local_size_x = 64) in;
 
-// Sums of floats are compared axis by axis as separable passes round them: within a slice, of equal totals, the smaller sum over x and
-// y wins over the lower index, and within a row the smaller cost along x.
+// Sums of floats are compared axis by axis as separable passes round them: within a slice, of equal totals, the smaller sum over x
+// and y wins over the lower index, and within a row the smaller cost along x.
 const bool PARTIAL_SUMS = SITES && WEIGHTED && METRIC != FM_GPU_LINF;
 
 struct candidate {
@@ -81,7 +82,8 @@ void main() {
     if (push.first_word + push.word_count < uint64_t(push.y) * push.z * push.row_words) {
         ref_u32(push.raw + element * 4).v = cost_bits(best.total);
         if (SITES) {
-            ref_u64(push.sites_y + element * 8).v = ((uint64_t(best.site.z) * push.y + best.site.y) * push.row_words) * 32 + best.site.x;
+            ref_u64(push.sites_y + element * 8).v =
+                ((uint64_t(best.site.z) * push.y + best.site.y) * push.row_words) * 32 + best.site.x;
         }
         return;
     }

@@ -3,8 +3,8 @@
 #include "memory.glsl"
 #include "column.glsl"
 
-// As envelope.comp for columns too long for shared memory: one invocation owns one voxel and looks outward along its column until no
-// row farther away can win. Reads and writes different memory. Time grows with the distance.
+// As envelope.comp for columns too long for shared memory: one invocation owns one voxel and looks outward along its column until
+// no row farther away can win. Reads and writes different memory. Time grows with the distance.
 
 layout(local_size_x = 64) in;
 
