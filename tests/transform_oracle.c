@@ -128,6 +128,24 @@ static double way(const context_of_check *at, uint64_t from, uint64_t to) {
     }
 }
 
+// The true distance beyond which a voxel has no site: the limit, or the way out of a grid in a solid world.
+static double reach(const context_of_check *at, uint64_t from) {
+    const fm_transform_desc *desc = &at->variant->desc;
+    const fm_shape shape = at->grid->shape;
+    const uint64_t position[3] = {from % shape.x, from / shape.x % shape.y, from / shape.x / shape.y};
+    const uint64_t size[3] = {shape.x, shape.y, shape.z};
+    double least = desc->max_distance > 0 ? desc->max_distance : INFINITY;
+    for (int i = 0; desc->outside == FM_OUTSIDE_SOLID && i < 3; i++) {
+        const double out = (double)(position[i] + 1 < size[i] - position[i] ? position[i] + 1 : size[i] - position[i]);
+        least = fmin(least, desc->spacing[i] * out);
+    }
+    return least;
+}
+
+static bool nearly(double a, double b) {
+    return fabs(a - b) <= ULPS * 0x1p-23 * b;
+}
+
 // Voxel whose index differs, or -1. On a device a site may stand for another where only the rounding of sums of floats tells which
 // is nearer.
 static int64_t first_other_site(const test_runner *runner, const context_of_check *at) {
@@ -140,8 +158,13 @@ static int64_t first_other_site(const test_runner *runner, const context_of_chec
         if (wanted == got) {
             continue;
         }
-        if (!rounded || wanted >= voxels || got >= voxels || !runner->solid[got] ||
-            fabs(way(at, i, got) - way(at, i, wanted)) > ULPS * 0x1p-23 * way(at, i, wanted)) {
+        if (!rounded || (got < voxels && !runner->solid[got])) {
+            return (int64_t)i;
+        }
+        // Rounding may also tell whether a site is within reach.
+        const double wanted_way = wanted < voxels ? way(at, i, wanted) : reach(at, i);
+        const double got_way = got < voxels ? way(at, i, got) : reach(at, i);
+        if (!nearly(got_way, wanted_way)) {
             return (int64_t)i;
         }
     }
