@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-// Warming up lasts until both are reached, so that clocks have risen and pages have been touched; but no more than a tenth of the
-// time that a case has.
-enum { WARM_UP_RUNS = 2, WARM_UP_MS = 100 };
+// Warming up lasts until both are reached, so that clocks have risen (a GPU found idle ran its passes three times as long for up to
+// half a second) and pages have been touched; but no more than half of the time that a case has.
+enum { WARM_UP_RUNS = 2, WARM_UP_MS = 1000 };
 enum { LEAST_RUNS = 3, MOST_COPY_RUNS = 7 };
 
 // The timings of one case, a value a run; those of pass p begin at p * BENCH_STATS_MAX.
@@ -33,7 +33,7 @@ static const char *time_runs(const bench_engine *engine, void *state, const benc
                              bench_result *result) {
     const double begin = fm_now_ms();
     const char *failure = NULL;
-    const double warm_up = limits->seconds * 100 < WARM_UP_MS ? limits->seconds * 100 : WARM_UP_MS;
+    const double warm_up = limits->seconds * 500 < WARM_UP_MS ? limits->seconds * 500 : WARM_UP_MS;
     for (int i = 0; !failure && (i < WARM_UP_RUNS || fm_now_ms() - begin < warm_up); i++) {
         failure = engine->run(state);
     }
