@@ -76,7 +76,8 @@ static void end_by_signal(int number) {
 }
 
 static void handle_signals(void) {
-    const int numbers[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
+    signal(SIGXFSZ, SIG_IGN);  // a limit on file sizes is then an error of the write, with a message
+    const int numbers[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGQUIT};
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
         struct sigaction action = {0};
         // A signal that was ignored when the program started (nohup) stays so.

@@ -151,7 +151,8 @@ typedef struct fm_context_desc {
     fm_backend backend;
     const char *device;             // Vulkan device: an index ("1") or a part of its name, case ignored; NULL: the best one
     uint32_t threads;               // worker threads of the CPU backend; 0: one a logical processor
-    bool validation;                // load the Khronos validation layer; its messages go to `log` as warnings and errors
+    bool validation;                // load the Khronos validation layer; its messages go to `log` as warnings and
+                                    // errors. Of no effect on the CPU backend and on adopted Vulkan objects
     const fm_allocator *allocator;  // NULL: the C library's; copied
     fm_log_fn log;                  // NULL: nobody is told
     void *log_user;

@@ -56,6 +56,10 @@ fm_result fm_fail(fm_result result, const char *format, ...) {
     va_start(arguments, format);
     vsnprintf(message, sizeof message, format, arguments);
     va_end(arguments);
+    // What a hostile file names stays on the line.
+    for (char *c = message; *c; c++) {
+        *c = (unsigned char)*c < ' ' || *c == 0x7f ? '?' : *c;
+    }
     memcpy(thread_message, message, sizeof message);
     return result;
 }

@@ -40,6 +40,9 @@ void fm_commands_destroy(fm_gpu *gpu) {
 }
 
 static void timestamp(fm_gpu *gpu, fm_slot *slot) {
+    if (gpu->timestamp_mask == 0) {
+        return;
+    }
     gpu->vk.CmdWriteTimestamp2(slot->commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, slot->queries, slot->pass_count);
 }
 
@@ -50,14 +53,16 @@ static fm_result keep_passes(fm_gpu *gpu) {
         return FM_OK;
     }
     FM_TRY(fm_gpu_wait(gpu, slot->ticket));
-    uint64_t times[FM_MAX_PASSES + 1];
-    FM_VK(gpu, GetQueryPoolResults(gpu->device, slot->queries, 0, slot->pass_count + 1, sizeof times, times, sizeof times[0],
-                                   VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+    uint64_t times[FM_MAX_PASSES + 1] = {0};
+    if (gpu->timestamp_mask != 0) {
+        FM_VK(gpu, GetQueryPoolResults(gpu->device, slot->queries, 0, slot->pass_count + 1, sizeof times, times, sizeof times[0],
+                                       VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
+    }
     gpu->measured = NULL;
     gpu->pass_count = 0;
     for (uint32_t i = 0; i < slot->pass_count; i++) {
         fm_pass pass = slot->passes[i];
-        pass.milliseconds = (double)(times[i + 1] - times[i]) * gpu->info.timestamp_period_ns * 1e-6;
+        pass.milliseconds = (double)((times[i + 1] - times[i]) & gpu->timestamp_mask) * gpu->info.timestamp_period_ns * 1e-6;
         uint32_t same = 0;
         while (same < gpu->pass_count && strcmp(gpu->passes[same].name, pass.name) != 0) {
             same++;

@@ -50,9 +50,23 @@ void fm_vk_wanted_features(fm_vk_features *features, bool float16) {
     features->v12.shaderFloat16 = float16;
 }
 
+enum { MAX_FAMILIES = 32 };
+
+bool fm_vk_queue_computes(const fm_vk_functions *vk, VkPhysicalDevice physical, uint32_t family, uint64_t *timestamp_mask) {
+    VkQueueFamilyProperties families[MAX_FAMILIES];
+    uint32_t count = MAX_FAMILIES;
+    vk->GetPhysicalDeviceQueueFamilyProperties(physical, &count, families);
+    if (family >= count || !(families[family].queueFlags & VK_QUEUE_COMPUTE_BIT)) {
+        return false;
+    }
+    uint32_t bits = families[family].timestampValidBits;
+    *timestamp_mask = bits == 0 ? 0 : UINT64_MAX >> (64 - bits);
+    return true;
+}
+
 bool fm_vk_queue_family(const fm_vk_functions *vk, VkPhysicalDevice physical, uint32_t *family) {
-    VkQueueFamilyProperties families[32];
-    uint32_t count = 32;
+    VkQueueFamilyProperties families[MAX_FAMILIES];
+    uint32_t count = MAX_FAMILIES;
     vk->GetPhysicalDeviceQueueFamilyProperties(physical, &count, families);
     bool found = false;
     for (uint32_t i = 0; i < count; i++) {

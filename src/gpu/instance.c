@@ -182,6 +182,7 @@ static fm_result choose_physical(fm_gpu *gpu, const char *wanted, bool automatic
 
 static fm_result create_device(fm_gpu *gpu) {
     fm_vk_queue_family(&gpu->vk, gpu->physical, &gpu->queue_family);
+    fm_vk_queue_computes(&gpu->vk, gpu->physical, gpu->queue_family, &gpu->timestamp_mask);
     gpu->has_external_memory = fm_vk_has_extension(&gpu->vk, gpu->physical, VK_KHR_EXTERNAL_MEMORY_FD_EXTENSION_NAME);
     fm_vk_features features;
     fm_vk_wanted_features(&features, gpu->info.float16);
@@ -219,6 +220,10 @@ static fm_result adopt(fm_gpu *gpu, const fm_vulkan_device *given) {
     fm_vk_inspect(&gpu->vk, gpu->physical, 0, &gpu->info);
     if (!gpu->info.usable) {
         return fm_fail(FM_ERROR_NO_DEVICE, "the Vulkan device given, \"%s\", is not usable: %s", gpu->info.name, gpu->info.reason);
+    }
+    if (!fm_vk_queue_computes(&gpu->vk, gpu->physical, gpu->queue_family, &gpu->timestamp_mask)) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "vulkan.queue_family is %u: \"%s\" has no such family, or it does not compute",
+                       gpu->queue_family, gpu->info.name);
     }
     gpu->info.float16 = given->has_float16;
     VkPhysicalDevice physical[MAX_DEVICES];

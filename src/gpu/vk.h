@@ -118,6 +118,7 @@ struct fm_gpu {
     VkDevice device;
     VkQueue queue;
     uint32_t queue_family;
+    uint64_t timestamp_mask;  // the bits that the queue family counts; 0: it takes no times
     bool owns_instance;
     bool owns_device;
     bool has_external_memory;
@@ -171,6 +172,8 @@ typedef struct fm_vk_features {
 void fm_vk_inspect(const fm_vk_functions *vk, VkPhysicalDevice physical, uint32_t index, fm_device_info *info);
 // The queue family for compute: one without graphics if there is none better to share; false when there is none.
 bool fm_vk_queue_family(const fm_vk_functions *vk, VkPhysicalDevice physical, uint32_t *family);
+// Whether that family exists and computes; then its timestamps' bits.
+bool fm_vk_queue_computes(const fm_vk_functions *vk, VkPhysicalDevice physical, uint32_t family, uint64_t *timestamp_mask);
 bool fm_vk_has_extension(const fm_vk_functions *vk, VkPhysicalDevice physical, const char *name);
 // Chains the structures of `features` and sets what Fathom needs.
 void fm_vk_wanted_features(fm_vk_features *features, bool float16);

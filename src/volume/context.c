@@ -78,7 +78,8 @@ static fm_result choose_backend(fm_context *context, const fm_context_desc *desc
         context->backend = FM_BACKEND_VULKAN;
         return FM_OK;
     }
-    if (!automatic || (result != FM_ERROR_NO_DEVICE && result != FM_ERROR_UNSUPPORTED)) {
+    // A driver that fails is as good as none.
+    if (!automatic || (result != FM_ERROR_NO_DEVICE && result != FM_ERROR_UNSUPPORTED && result != FM_ERROR_INTERNAL)) {
         return result;
     }
     fm_log_write(&context->log, FM_LOG_INFO, "running on the CPU: %s", fm_last_error());
