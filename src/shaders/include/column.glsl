@@ -38,14 +38,14 @@ cost_t load_cost(uint slice, uint n, uint x) {
 bool out_of_reach(uvec3 at, cost_t value) {
 #ifndef COST_U32
     if (WEIGHTED) {
-        uvec3 way = min(at + 1u, uvec3(push.x, push.y, push.z) - at);
+        uvec3 way = ways_out(at);
         cost_t least =
             min(min(steps_cost(way.x, push.weight_x), steps_cost(way.y, push.weight_y)), steps_cost(way.z, push.weight_z));
         return value > uintBitsToFloat(push.cap_raw) || (BORDER && least < value);
     }
 #endif
-    return is_none(value) || exact_raw(value) > push.cap_raw ||
-           (BORDER && steps_cost(METRIC == FM_GPU_L2 ? min(way_out(at), 65535u) : way_out(at), 1) < value);
+    uint raw = exact_raw(value);
+    return raw == FM_GPU_NONE || raw > push.cap_raw || (BORDER && raw_out(at) < raw);
 }
 
 void finish_voxel(uvec3 at, uint64_t element, cost_t value, uvec3 site) {

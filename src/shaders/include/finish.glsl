@@ -88,15 +88,21 @@ uint signed_bits(uint bits) {
     return out_is_float() ? bits ^ 0x80000000u : uint(-int(bits));
 }
 
-uint way_out(uvec3 at) {
-    uvec3 way = min(at + 1u, uvec3(push.x, push.y, push.z) - at);
-    return min(way.x, min(way.y, way.z));
+// Steps out of the grid along each axis.
+uvec3 ways_out(uvec3 at) {
+    return min(at + 1u, uvec3(push.x, push.y, push.z) - at);
+}
+
+// The raw distance to what lies outside the grid.
+uint raw_out(uvec3 at) {
+    uvec3 ways = ways_out(at);
+    uint way = min(ways.x, min(ways.y, ways.z));
+    return METRIC == FM_GPU_L2 ? min(way, 65535u) * min(way, 65535u) : way;
 }
 
 void finish_exact(uvec3 at, uint64_t element, uint raw) {
     if (BORDER) {
-        uint way = way_out(at);
-        raw = min(raw, METRIC == FM_GPU_L2 ? min(way, 65535u) * min(way, 65535u) : way);
+        raw = min(raw, raw_out(at));
     }
     if (TARGET == FM_TARGET_NEGATE && raw == 0) {
         return;
@@ -121,7 +127,7 @@ float root_weighted(float raw) {
 
 void finish_weighted(uvec3 at, uint64_t element, float raw) {
     if (BORDER) {
-        vec3 way = vec3(min(at + 1u, uvec3(push.x, push.y, push.z) - at));
+        vec3 way = vec3(ways_out(at));
         precise vec3 weighted = vec3(push.weight_x, push.weight_y, push.weight_z) * way;
         if (METRIC == FM_GPU_L2) {
             weighted = weighted * way;
