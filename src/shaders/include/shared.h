@@ -9,6 +9,7 @@
 #include <stdint.h>
 typedef uint64_t fm_address;
 typedef uint32_t fm_uint;
+typedef int32_t fm_int;
 typedef float fm_float;
 // clang-format off
 #define FM_PUSH_STRUCT(name) typedef struct name name; struct name
@@ -16,6 +17,7 @@ typedef float fm_float;
 #else
 #define fm_address uint64_t
 #define fm_uint uint
+#define fm_int int
 #define fm_float float
 #define FM_PUSH_STRUCT(name) struct name
 #endif
@@ -79,6 +81,29 @@ FM_PUSH_STRUCT(fm_column_push) {
     fm_float scale;
 };
 
+// An edit of a world, ready to be tried voxel by voxel: fm_brush with a sphere's box, a line's ends in order, and the radius cut to
+// what matters. A voxel p is covered where begin <= p <= end, and
+//   sphere: |p - from|^2 <= radius2;
+//   line: with d = to - from and t = (p - from) . d, where t is in 0 ... d . d: |p - from|^2 d . d - t^2 <= radius2 d . d,
+//         else by the nearer end as a sphere. All in 64-bit integers.
+FM_PUSH_STRUCT(fm_gpu_brush) {
+    fm_address radius2;
+    fm_uint kind;   // fm_brush_kind
+    fm_uint voxel;  // what it writes
+    fm_int from[3];
+    fm_int to[3];
+    fm_int begin[3];  // first and last voxel of its box, inside the world
+    fm_int end[3];
+};
+
+// Eight rows y ... y + 7 of slice z, the range of x that is looked at, and the brushes that may touch it: order[first_brush] and
+// the next `brush_count` ones.
+FM_PUSH_STRUCT(fm_gpu_bundle) {
+    fm_uint y, z;
+    fm_uint x_begin, x_end;
+    fm_uint first_brush, brush_count;
+};
+
 // Buffers are whole numbers of pieces of 16 bytes.
 FM_PUSH_STRUCT(fm_copy_push) {
     fm_address source;
@@ -87,6 +112,7 @@ FM_PUSH_STRUCT(fm_copy_push) {
 };
 
 #ifdef __STDC__
+_Static_assert(sizeof(fm_gpu_brush) == 64 && sizeof(fm_gpu_bundle) == 24, "as std430 lays them out");
 _Static_assert(sizeof(fm_encode_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_column_push) <= 128, "push constants are 128 bytes on every device");
 #endif
