@@ -20,3 +20,7 @@ set_tests_properties(vulkan_no_loader PROPERTIES ENVIRONMENT "LD_LIBRARY_PATH=${
 fathom_test(vulkan_adopt vulkan_adopt.c)
 target_link_libraries(test_vulkan_adopt PRIVATE ${CMAKE_DL_LIBS})
 fathom_test(vulkan_large vulkan_large.c)
+# It calls what a shared library hides.
+if(NOT BUILD_SHARED_LIBS)
+    fathom_test(vulkan_gpu_layer vulkan_gpu_layer.c)
+endif()

@@ -3,6 +3,7 @@
 
 #include "gpu/vk.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { GROUPS_PER_AXIS = 65535 };  // what every device has
@@ -101,13 +102,29 @@ void fm_commands_barrier(fm_gpu *gpu, fm_slot *slot) {
         .sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
         .srcStageMask = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
         .srcAccessMask = VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT,
-        .dstStageMask = VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT,
+        .dstStageMask =
+            VK_PIPELINE_STAGE_2_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_2_ALL_TRANSFER_BIT | VK_PIPELINE_STAGE_2_DRAW_INDIRECT_BIT,
         .dstAccessMask = VK_ACCESS_2_SHADER_STORAGE_READ_BIT | VK_ACCESS_2_SHADER_STORAGE_WRITE_BIT |
-                         VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT,
+                         VK_ACCESS_2_TRANSFER_READ_BIT | VK_ACCESS_2_TRANSFER_WRITE_BIT | VK_ACCESS_2_INDIRECT_COMMAND_READ_BIT,
     };
     VkDependencyInfo dependency = {
         .sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO, .memoryBarrierCount = 1, .pMemoryBarriers = &barrier};
     gpu->vk.CmdPipelineBarrier2(slot->commands, &dependency);
+}
+
+void fm_commands_fill(fm_gpu *gpu, fm_slot *slot, fm_buffer *buffer, uint64_t offset, uint64_t bytes, uint32_t value) {
+    assert(offset % 4 == 0 && bytes % 4 == 0);
+    if (bytes > 0) {
+        gpu->vk.CmdFillBuffer(slot->commands, buffer->buffer, offset, bytes, value);
+    }
+}
+
+void fm_commands_copy(fm_gpu *gpu, fm_slot *slot, const fm_buffer *source, uint64_t source_offset, fm_buffer *target,
+                      uint64_t target_offset, uint64_t bytes) {
+    if (bytes > 0) {
+        VkBufferCopy region = {source_offset, target_offset, bytes};
+        gpu->vk.CmdCopyBuffer(slot->commands, source->buffer, target->buffer, 1, &region);
+    }
 }
 
 void fm_commands_pass(fm_gpu *gpu, fm_slot *slot, const char *name, uint64_t bytes) {
@@ -120,8 +137,8 @@ void fm_commands_pass(fm_gpu *gpu, fm_slot *slot, const char *name, uint64_t byt
 
 fm_result fm_commands_dispatch(fm_gpu *gpu, fm_slot *slot, const fm_dispatch *dispatch) {
     uint64_t along_x = fm_min_u64(dispatch->groups, GROUPS_PER_AXIS);
-    uint64_t along_y = fm_div_up(dispatch->groups, along_x);
-    if (along_y > GROUPS_PER_AXIS) {
+    uint64_t along_y = fm_div_up(dispatch->groups, GROUPS_PER_AXIS);
+    if (!dispatch->indirect && along_y > GROUPS_PER_AXIS) {
         return fm_fail(FM_ERROR_UNSUPPORTED, "the grid needs %llu work groups: a dispatch has at most 65535 x 65535",
                        (unsigned long long)dispatch->groups);
     }
@@ -129,7 +146,11 @@ fm_result fm_commands_dispatch(fm_gpu *gpu, fm_slot *slot, const fm_dispatch *di
     FM_TRY(fm_pipeline_get(gpu, dispatch->kernel, dispatch->constants, dispatch->constant_count, &pipeline));
     gpu->vk.CmdBindPipeline(slot->commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline);
     gpu->vk.CmdPushConstants(slot->commands, gpu->layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, dispatch->push_bytes, dispatch->push);
-    gpu->vk.CmdDispatch(slot->commands, (uint32_t)along_x, (uint32_t)along_y, 1);
+    if (dispatch->indirect) {
+        gpu->vk.CmdDispatchIndirect(slot->commands, dispatch->indirect->buffer, dispatch->indirect_offset);
+    } else {
+        gpu->vk.CmdDispatch(slot->commands, (uint32_t)along_x, (uint32_t)along_y, 1);
+    }
     return FM_OK;
 }
 
@@ -176,6 +197,10 @@ static fm_result check_ticket(const fm_gpu *gpu, fm_ticket ticket) {
                        (unsigned long long)gpu->newest);
     }
     return FM_OK;
+}
+
+fm_ticket fm_gpu_newest(const fm_gpu *gpu) {
+    return gpu->newest;
 }
 
 fm_result fm_gpu_wait(fm_gpu *gpu, fm_ticket ticket) {

@@ -37,14 +37,22 @@ typedef struct fm_dispatch {
     const void *push;
     uint32_t push_bytes;
     uint64_t groups;  // folded over two axes; the kernel ignores groups past the last
+    // Not NULL: the three 32-bit group counts that the device finds at this offset, a multiple of 4, take the place of `groups`.
+    const fm_buffer *indirect;
+    uint64_t indirect_offset;
 } fm_dispatch;
 
 // Takes the next slot, waiting for its last use, and starts recording.
 fm_result fm_commands_begin(fm_gpu *gpu, fm_slot **slot);
 // Records a dispatch. Errors leave the slot as it was but for what had been recorded: begin anew.
 fm_result fm_commands_dispatch(fm_gpu *gpu, fm_slot *slot, const fm_dispatch *dispatch);
-// What was recorded becomes visible to what follows.
+// What was recorded becomes visible to what follows: to kernels, transfers and the counts of indirect dispatches.
 void fm_commands_barrier(fm_gpu *gpu, fm_slot *slot);
+// Both are transfers, ordered against other work by barriers only. Offset and size of a fill are multiples of 4; the two ranges
+// of a copy do not overlap.
+void fm_commands_fill(fm_gpu *gpu, fm_slot *slot, fm_buffer *buffer, uint64_t offset, uint64_t bytes, uint32_t value);
+void fm_commands_copy(fm_gpu *gpu, fm_slot *slot, const fm_buffer *source, uint64_t source_offset, fm_buffer *target,
+                      uint64_t target_offset, uint64_t bytes);
 // Ends a pass: what was recorded since the last one becomes visible to what follows, and its time is taken. The passes of a
 // slot may repeat a name; they are added up when listed.
 void fm_commands_pass(fm_gpu *gpu, fm_slot *slot, const char *name, uint64_t bytes);

@@ -17,6 +17,8 @@ void fm_gpu_destroy(fm_gpu *gpu);
 void fm_gpu_describe(const fm_gpu *gpu, fm_device_info *info);
 void fm_gpu_handles(const fm_gpu *gpu, fm_vulkan_device *device, void **timeline);
 uint64_t fm_gpu_validation_messages(const fm_gpu *gpu);
+// The ticket of the newest submission.
+fm_ticket fm_gpu_newest(const fm_gpu *gpu);
 fm_result fm_gpu_wait(fm_gpu *gpu, fm_ticket ticket);
 fm_result fm_gpu_poll(fm_gpu *gpu, fm_ticket ticket, bool *complete);
 fm_result fm_gpu_passes(fm_gpu *gpu, uint32_t *count, fm_pass *passes);
@@ -28,9 +30,12 @@ fm_result fm_buffer_create(fm_gpu *gpu, fm_purpose purpose, uint64_t bytes, bool
 void fm_buffer_destroy(fm_buffer *buffer);
 void fm_buffer_describe(const fm_buffer *buffer, fm_volume_buffer *description);
 fm_result fm_buffer_export_fd(const fm_buffer *buffer, int *fd);
-// Both wait until the bytes are there.
-fm_result fm_buffer_upload(fm_buffer *buffer, const void *source, uint64_t bytes);
-fm_result fm_buffer_download(fm_buffer *buffer, void *target, uint64_t bytes);
+// Where the host reaches the memory, else NULL; what fm_purpose says of mapping holds. Reading may be slow but for
+// FM_PURPOSE_READBACK. The host's writes are visible to work that is submitted after them, the device's to the host after a wait.
+void *fm_buffer_mapped(const fm_buffer *buffer);
+// Both wait for all work and until the bytes are there.
+fm_result fm_buffer_upload_at(fm_buffer *buffer, uint64_t offset, const void *source, uint64_t bytes);
+fm_result fm_buffer_download_at(fm_buffer *buffer, uint64_t offset, void *target, uint64_t bytes);
 fm_result fm_gpu_copy(fm_gpu *gpu, fm_buffer *source, fm_buffer *target, uint64_t bytes, fm_ticket *ticket);
 
 #endif

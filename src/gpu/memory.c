@@ -12,27 +12,57 @@ enum {
     BUFFER_STEP = 16,  // kernels load and store whole pieces: the last one may reach past the elements
 };
 
-static bool pick_type(const fm_gpu *gpu, uint32_t allowed, VkMemoryPropertyFlags wanted, VkMemoryPropertyFlags unwanted,
-                      uint32_t *type) {
+enum {
+    LOCAL = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT,
+    VISIBLE = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT,
+    HOST = VISIBLE | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT,
+    CACHED = VK_MEMORY_PROPERTY_HOST_CACHED_BIT,
+    MAX_CHOICES = 3,
+};
+
+// Flags of a memory type.
+typedef struct type_choice {
+    VkMemoryPropertyFlags wanted, unwanted;
+} type_choice;
+
+// The memory that serves a purpose, best first. A choice without wanted flags ends the list.
+static const type_choice *choices_for(const fm_gpu *gpu, fm_purpose purpose) {
+    static const type_choice held[MAX_CHOICES] = {{LOCAL | HOST | CACHED, 0}, {LOCAL, VISIBLE}, {LOCAL, 0}};
+    static const type_choice voxels[MAX_CHOICES] = {{LOCAL | HOST | CACHED, 0}, {LOCAL | HOST, 0}, {LOCAL, 0}};
+    static const type_choice written[MAX_CHOICES] = {{LOCAL | HOST, 0}, {HOST, 0}};
+    static const type_choice read[MAX_CHOICES] = {{HOST | CACHED, 0}, {HOST, 0}};
+    switch (purpose) {
+    case FM_PURPOSE_STAGING:
+    case FM_PURPOSE_READBACK:
+        return read;
+    case FM_PURPOSE_UPLOAD:
+        return written;
+    case FM_PURPOSE_VOXELS:
+        return gpu->maps_volumes && gpu->info.host_visible_memory ? voxels : held;
+    default:
+        return held;
+    }
+}
+
+typedef enum mapping { MAPPING_NONE, MAPPING_WISHED, MAPPING_NEEDED } mapping;
+
+static mapping mapping_of(const fm_gpu *gpu, fm_purpose purpose, VkMemoryPropertyFlags has) {
+    if (purpose == FM_PURPOSE_STAGING || purpose == FM_PURPOSE_UPLOAD || purpose == FM_PURPOSE_READBACK) {
+        return MAPPING_NEEDED;
+    }
+    const VkMemoryPropertyFlags wanted = purpose == FM_PURPOSE_VOXELS ? HOST : HOST | CACHED;
+    return gpu->maps_volumes && (has & wanted) == wanted ? MAPPING_WISHED : MAPPING_NONE;
+}
+
+static bool pick_type(const fm_gpu *gpu, uint32_t allowed, type_choice choice, uint32_t *type) {
     for (uint32_t i = 0; i < gpu->memory.memoryTypeCount; i++) {
         VkMemoryPropertyFlags flags = gpu->memory.memoryTypes[i].propertyFlags;
-        if ((allowed >> i & 1) && (flags & wanted) == wanted && !(flags & unwanted)) {
+        if ((allowed >> i & 1) && (flags & choice.wanted) == choice.wanted && !(flags & choice.unwanted)) {
             *type = i;
             return true;
         }
     }
     return false;
-}
-
-static bool choose_type(const fm_gpu *gpu, fm_purpose purpose, uint32_t allowed, uint32_t *type) {
-    const VkMemoryPropertyFlags local = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
-    const VkMemoryPropertyFlags host = VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT;
-    const VkMemoryPropertyFlags cached = VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
-    if (purpose == FM_PURPOSE_STAGING) {
-        return pick_type(gpu, allowed, host | cached, 0, type) || pick_type(gpu, allowed, host, 0, type);
-    }
-    return pick_type(gpu, allowed, local | host | cached, 0, type) ||
-           pick_type(gpu, allowed, local, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT, type) || pick_type(gpu, allowed, local, 0, type);
 }
 
 static fm_result out_of_memory(const fm_gpu *gpu, uint64_t bytes) {
@@ -45,6 +75,54 @@ static fm_result out_of_memory(const fm_gpu *gpu, uint64_t bytes) {
                    (double)bytes / 1048576.0, (double)gpu->info.memory / 1048576.0, (double)held / 1048576.0);
 }
 
+// Memory of the first type that serves and has room. A small heap that the host sees may be full where another is not.
+static fm_result allocate_memory(fm_buffer *buffer, const VkMemoryRequirements *needs, bool exportable, uint32_t *type) {
+    fm_gpu *gpu = buffer->gpu;
+    VkExportMemoryAllocateInfo export_info = {.sType = VK_STRUCTURE_TYPE_EXPORT_MEMORY_ALLOCATE_INFO,
+                                              .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT};
+    VkMemoryDedicatedAllocateInfo dedicated = {.sType = VK_STRUCTURE_TYPE_MEMORY_DEDICATED_ALLOCATE_INFO,
+                                               .pNext = exportable ? &export_info : NULL,
+                                               .buffer = buffer->buffer};
+    VkMemoryAllocateFlagsInfo flags = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO, .pNext = &dedicated, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
+    VkMemoryAllocateInfo allocation = {
+        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .pNext = &flags, .allocationSize = needs->size};
+    const type_choice *choices = choices_for(gpu, buffer->purpose);
+    uint32_t untried = needs->memoryTypeBits;
+    for (int i = 0; i < MAX_CHOICES && choices[i].wanted; i++) {
+        if (!pick_type(gpu, untried, choices[i], type)) {
+            continue;
+        }
+        untried &= ~(1u << *type);
+        if (needs->size > gpu->memory.memoryHeaps[gpu->memory.memoryTypes[*type].heapIndex].size) {
+            continue;
+        }
+        allocation.memoryTypeIndex = *type;
+        VkResult result = gpu->vk.AllocateMemory(gpu->device, &allocation, NULL, &buffer->memory);
+        if (result != VK_ERROR_OUT_OF_DEVICE_MEMORY && result != VK_ERROR_OUT_OF_HOST_MEMORY) {
+            return result < 0 ? fm_vk_fail(gpu, result, "vkAllocateMemory") : FM_OK;
+        }
+    }
+    return untried != needs->memoryTypeBits
+               ? out_of_memory(gpu, needs->size)
+               : fm_fail(FM_ERROR_INTERNAL, "\"%s\" has no memory type for a storage buffer", gpu->info.name);
+}
+
+static fm_result map(fm_buffer *buffer, VkMemoryPropertyFlags has) {
+    fm_gpu *gpu = buffer->gpu;
+    mapping wish = mapping_of(gpu, buffer->purpose, has);
+    if (wish == MAPPING_NONE) {
+        return FM_OK;
+    }
+    VkResult result = gpu->vk.MapMemory(gpu->device, buffer->memory, 0, VK_WHOLE_SIZE, 0, &buffer->mapped);
+    if (result < 0) {
+        buffer->mapped = NULL;
+        return wish == MAPPING_NEEDED ? fm_vk_fail(gpu, result, "vkMapMemory") : FM_OK;
+    }
+    buffer->cached = (has & CACHED) != 0;
+    return FM_OK;
+}
+
 static fm_result allocate(fm_buffer *buffer, uint64_t bytes, bool exportable) {
     fm_gpu *gpu = buffer->gpu;
     VkExternalMemoryBufferCreateInfo external = {.sType = VK_STRUCTURE_TYPE_EXTERNAL_MEMORY_BUFFER_CREATE_INFO,
@@ -54,42 +132,18 @@ static fm_result allocate(fm_buffer *buffer, uint64_t bytes, bool exportable) {
         .pNext = exportable ? &external : NULL,
         .size = fm_round_up(bytes, BUFFER_STEP),
         .usage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT | VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,
+                 VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT,
     };
     FM_VK(gpu, CreateBuffer(gpu->device, &info, NULL, &buffer->buffer));
     VkMemoryRequirements needs;
     gpu->vk.GetBufferMemoryRequirements(gpu->device, buffer->buffer, &needs);
-    uint32_t type;
-    if (!choose_type(gpu, buffer->purpose, needs.memoryTypeBits, &type)) {
-        return fm_fail(FM_ERROR_INTERNAL, "\"%s\" has no memory type for a storage buffer", gpu->info.name);
-    }
-    VkExportMemoryAllocateInfo export_info = {.sType = VK_STRUCTURE_TYPE_EXPORT_MEMORY_ALLOCATE_INFO,
-                                              .handleTypes = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT};
-    VkMemoryDedicatedAllocateInfo dedicated = {.sType = VK_STRUCTURE_TYPE_MEMORY_DEDICATED_ALLOCATE_INFO,
-                                               .pNext = exportable ? &export_info : NULL,
-                                               .buffer = buffer->buffer};
-    VkMemoryAllocateFlagsInfo flags = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO, .pNext = &dedicated, .flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT};
-    VkMemoryAllocateInfo allocation = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .pNext = &flags, .allocationSize = needs.size, .memoryTypeIndex = type};
-    VkResult result = gpu->vk.AllocateMemory(gpu->device, &allocation, NULL, &buffer->memory);
-    if (result == VK_ERROR_OUT_OF_DEVICE_MEMORY || result == VK_ERROR_OUT_OF_HOST_MEMORY) {
-        return out_of_memory(gpu, needs.size);
-    }
-    if (result < 0) {
-        return fm_vk_fail(gpu, result, "vkAllocateMemory");
-    }
+    uint32_t type = 0;
+    FM_TRY(allocate_memory(buffer, &needs, exportable, &type));
     buffer->bytes = needs.size;
     FM_VK(gpu, BindBufferMemory(gpu->device, buffer->buffer, buffer->memory, 0));
     VkBufferDeviceAddressInfo address = {.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO, .buffer = buffer->buffer};
     buffer->address = gpu->vk.GetBufferDeviceAddress(gpu->device, &address);
-    const VkMemoryPropertyFlags fast =
-        VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT | VK_MEMORY_PROPERTY_HOST_CACHED_BIT;
-    VkMemoryPropertyFlags has = gpu->memory.memoryTypes[type].propertyFlags;
-    if (buffer->purpose == FM_PURPOSE_STAGING || (gpu->maps_volumes && (has & fast) == fast)) {
-        FM_VK(gpu, MapMemory(gpu->device, buffer->memory, 0, VK_WHOLE_SIZE, 0, &buffer->mapped));
-    }
-    return FM_OK;
+    return map(buffer, gpu->memory.memoryTypes[type].propertyFlags);
 }
 
 fm_result fm_buffer_create(fm_gpu *gpu, fm_purpose purpose, uint64_t bytes, bool exportable, fm_buffer **result) {
@@ -158,20 +212,23 @@ static fm_result staging(fm_gpu *gpu) {
     return gpu->staging ? FM_OK : fm_buffer_create(gpu, FM_PURPOSE_STAGING, 2 * (uint64_t)STAGING_HALF, false, &gpu->staging);
 }
 
-static fm_result copy_async(fm_gpu *gpu, VkBuffer source, uint64_t source_offset, VkBuffer target, uint64_t target_offset,
+static fm_result copy_async(fm_gpu *gpu, const fm_buffer *source, uint64_t source_offset, fm_buffer *target, uint64_t target_offset,
                             uint64_t bytes, fm_ticket *ticket) {
     fm_slot *slot;
     FM_TRY(fm_commands_begin(gpu, &slot));
-    VkBufferCopy region = {source_offset, target_offset, bytes};
-    gpu->vk.CmdCopyBuffer(slot->commands, source, target, 1, &region);
+    fm_commands_copy(gpu, slot, source, source_offset, target, target_offset, bytes);
     return fm_commands_submit(gpu, slot, ticket);
 }
 
-fm_result fm_buffer_upload(fm_buffer *buffer, const void *source, uint64_t bytes) {
+void *fm_buffer_mapped(const fm_buffer *buffer) {
+    return buffer->mapped;
+}
+
+fm_result fm_buffer_upload_at(fm_buffer *buffer, uint64_t offset, const void *source, uint64_t bytes) {
     fm_gpu *gpu = buffer->gpu;
     if (buffer->mapped) {
         FM_TRY(fm_gpu_wait(gpu, gpu->newest));
-        memcpy(buffer->mapped, source, bytes);
+        memcpy((char *)buffer->mapped + offset, source, bytes);
         return FM_OK;
     }
     FM_TRY(staging(gpu));
@@ -182,17 +239,17 @@ fm_result fm_buffer_upload(fm_buffer *buffer, const void *source, uint64_t bytes
         uint64_t at = (uint64_t)half * STAGING_HALF;
         FM_TRY(fm_gpu_wait(gpu, busy[half]));
         memcpy((char *)gpu->staging->mapped + at, (const char *)source + done, piece);
-        FM_TRY(copy_async(gpu, gpu->staging->buffer, at, buffer->buffer, done, piece, &busy[half]));
+        FM_TRY(copy_async(gpu, gpu->staging, at, buffer, offset + done, piece, &busy[half]));
         done += piece;
     }
     return fm_gpu_wait(gpu, gpu->newest);
 }
 
-fm_result fm_buffer_download(fm_buffer *buffer, void *target, uint64_t bytes) {
+fm_result fm_buffer_download_at(fm_buffer *buffer, uint64_t offset, void *target, uint64_t bytes) {
     fm_gpu *gpu = buffer->gpu;
-    if (buffer->mapped) {
+    if (buffer->mapped && buffer->cached) {
         FM_TRY(fm_gpu_wait(gpu, gpu->newest));
-        memcpy(target, buffer->mapped, bytes);
+        memcpy(target, (const char *)buffer->mapped + offset, bytes);
         return FM_OK;
     }
     FM_TRY(staging(gpu));
@@ -207,7 +264,7 @@ fm_result fm_buffer_download(fm_buffer *buffer, void *target, uint64_t bytes) {
             int which = half ^ ahead;
             if (asked < bytes && pieces[which] == 0) {
                 pieces[which] = fm_min_u64(bytes - asked, STAGING_HALF);
-                FM_TRY(copy_async(gpu, buffer->buffer, asked, gpu->staging->buffer, (uint64_t)which * STAGING_HALF, pieces[which],
+                FM_TRY(copy_async(gpu, buffer, offset + asked, gpu->staging, (uint64_t)which * STAGING_HALF, pieces[which],
                                   &filled[which]));
                 asked += pieces[which];
             }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The device of a build without Vulkan: there is none. Calls that need one cannot be reached, for no fm_gpu exists.
 
-#include "gpu/gpu.h"
+#include "gpu/compute.h"
 #include "transform/plan.h"
 
 #include <assert.h>
@@ -41,6 +41,11 @@ void fm_gpu_handles(const fm_gpu *gpu, fm_vulkan_device *device, void **timeline
 }
 
 uint64_t fm_gpu_validation_messages(const fm_gpu *gpu) {
+    (void)gpu;
+    return 0;
+}
+
+fm_ticket fm_gpu_newest(const fm_gpu *gpu) {
     (void)gpu;
     return 0;
 }
@@ -89,18 +94,65 @@ fm_result fm_buffer_export_fd(const fm_buffer *buffer, int *fd) {
     return unsupported();
 }
 
-fm_result fm_buffer_upload(fm_buffer *buffer, const void *source, uint64_t bytes) {
-    (void)buffer, (void)source, (void)bytes;
+void *fm_buffer_mapped(const fm_buffer *buffer) {
+    (void)buffer;
+    return NULL;
+}
+
+fm_result fm_buffer_upload_at(fm_buffer *buffer, uint64_t offset, const void *source, uint64_t bytes) {
+    (void)buffer, (void)offset, (void)source, (void)bytes;
     return unsupported();
 }
 
-fm_result fm_buffer_download(fm_buffer *buffer, void *target, uint64_t bytes) {
-    (void)buffer, (void)target, (void)bytes;
+fm_result fm_buffer_download_at(fm_buffer *buffer, uint64_t offset, void *target, uint64_t bytes) {
+    (void)buffer, (void)offset, (void)target, (void)bytes;
     return unsupported();
 }
 
 fm_result fm_gpu_copy(fm_gpu *gpu, fm_buffer *source, fm_buffer *target, uint64_t bytes, fm_ticket *ticket) {
     (void)gpu, (void)source, (void)target, (void)bytes, (void)ticket;
+    return unsupported();
+}
+
+uint64_t fm_buffer_address(const fm_buffer *buffer) {
+    (void)buffer;
+    return 0;
+}
+
+fm_result fm_gpu_scratch(fm_gpu *gpu, uint64_t bytes, uint64_t *address) {
+    (void)gpu, (void)bytes, (void)address;
+    return unsupported();
+}
+
+fm_result fm_commands_begin(fm_gpu *gpu, fm_slot **slot) {
+    (void)gpu, (void)slot;
+    return unsupported();
+}
+
+fm_result fm_commands_dispatch(fm_gpu *gpu, fm_slot *slot, const fm_dispatch *dispatch) {
+    (void)gpu, (void)slot, (void)dispatch;
+    return unsupported();
+}
+
+void fm_commands_barrier(fm_gpu *gpu, fm_slot *slot) {
+    (void)gpu, (void)slot;
+}
+
+void fm_commands_fill(fm_gpu *gpu, fm_slot *slot, fm_buffer *buffer, uint64_t offset, uint64_t bytes, uint32_t value) {
+    (void)gpu, (void)slot, (void)buffer, (void)offset, (void)bytes, (void)value;
+}
+
+void fm_commands_copy(fm_gpu *gpu, fm_slot *slot, const fm_buffer *source, uint64_t source_offset, fm_buffer *target,
+                      uint64_t target_offset, uint64_t bytes) {
+    (void)gpu, (void)slot, (void)source, (void)source_offset, (void)target, (void)target_offset, (void)bytes;
+}
+
+void fm_commands_pass(fm_gpu *gpu, fm_slot *slot, const char *name, uint64_t bytes) {
+    (void)gpu, (void)slot, (void)name, (void)bytes;
+}
+
+fm_result fm_commands_submit(fm_gpu *gpu, fm_slot *slot, fm_ticket *ticket) {
+    (void)gpu, (void)slot, (void)ticket;
     return unsupported();
 }
 

@@ -34,6 +34,8 @@
     X(CmdBindPipeline)                                                                                                             \
     X(CmdCopyBuffer)                                                                                                               \
     X(CmdDispatch)                                                                                                                 \
+    X(CmdDispatchIndirect)                                                                                                         \
+    X(CmdFillBuffer)                                                                                                               \
     X(CmdPipelineBarrier2)                                                                                                         \
     X(CmdPushConstants)                                                                                                            \
     X(CmdResetQueryPool)                                                                                                           \
@@ -104,7 +106,8 @@ struct fm_buffer {
     VkDeviceMemory memory;
     uint64_t bytes;  // of the allocation
     VkDeviceAddress address;
-    void *mapped;  // where the host can read and write at memory speed, else NULL
+    void *mapped;  // where the host reaches it, else NULL
+    bool cached;   // and the host reads it through its caches: fast
 };
 
 struct fm_gpu {

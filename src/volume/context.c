@@ -9,7 +9,8 @@
 #include <unistd.h>
 
 const char *fm_purpose_name(fm_purpose purpose) {
-    static const char *const names[FM_PURPOSE_COUNT] = {"volumes", "scratch", "staging"};
+    static const char *const names[FM_PURPOSE_COUNT] = {"volumes",      "scratch", "voxels", "field",
+                                                        "update state", "staging", "upload", "readback"};
     return names[purpose];
 }
 
@@ -190,9 +191,9 @@ fm_result fm_context_memory(fm_context *context, uint32_t *count, fm_memory *mem
     if (!context || !count) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", context ? "count" : "context");
     }
-    fm_memory all[2 * FM_PURPOSE_COUNT];
+    fm_memory all[FM_HOST_PURPOSES + FM_PURPOSE_COUNT];
     uint32_t available = 0;
-    for (fm_purpose i = 0; i < FM_PURPOSE_COUNT; i++) {
+    for (fm_purpose i = 0; i < FM_HOST_PURPOSES; i++) {
         all[available++] = (fm_memory){fm_purpose_name(i), false, context->host[i].bytes, context->host[i].peak};
     }
     for (fm_purpose i = 0; context->gpu && i < FM_PURPOSE_COUNT; i++) {

@@ -11,8 +11,20 @@ typedef struct fm_gpu fm_gpu;
 
 enum { FM_MAX_PASSES = 128 };
 
-// What host memory is kept for.
-typedef enum fm_purpose { FM_PURPOSE_VOLUMES = 0, FM_PURPOSE_SCRATCH, FM_PURPOSE_STAGING, FM_PURPOSE_COUNT } fm_purpose;
+// What memory is kept for. On a device the purpose also decides where it lies. Volumes, scratch, fields and update state are
+// device memory, mapped where the host reads it at full speed.
+typedef enum fm_purpose {
+    FM_PURPOSE_VOLUMES = 0,
+    FM_PURPOSE_SCRATCH,
+    FM_PURPOSE_VOXELS,    // of a world: device memory, mapped where the host reaches all of the device's memory
+    FM_PURPOSE_FIELD,     // of a world
+    FM_PURPOSE_UPDATE,    // of a world: what its updates keep
+    FM_PURPOSE_STAGING,   // from here on of devices only, and always mapped
+    FM_PURPOSE_UPLOAD,    // little that the host writes often: device memory where that can be mapped
+    FM_PURPOSE_READBACK,  // little that kernels write for the host to read
+    FM_PURPOSE_COUNT,
+    FM_HOST_PURPOSES = FM_PURPOSE_STAGING  // number of those that host memory serves
+} fm_purpose;
 
 const char *fm_purpose_name(fm_purpose purpose);
 
@@ -31,7 +43,7 @@ struct fm_context {
     fm_device_info device;
     fm_pool *pool;
     fm_gpu *gpu;  // NULL on the CPU backend
-    fm_meter host[FM_PURPOSE_COUNT];
+    fm_meter host[FM_HOST_PURPOSES];
 
     void *scratch;  // grows, never shrinks but by fm_context_trim
     uint64_t scratch_bytes;

@@ -203,7 +203,7 @@ fm_result fm_volume_upload(fm_volume *volume, const void *source) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", volume ? "source" : "volume");
     }
     if (volume->buffer) {
-        return fm_buffer_upload(volume->buffer, source, volume->bytes);
+        return fm_buffer_upload_at(volume->buffer, 0, source, volume->bytes);
     }
     memcpy(volume->data, source, volume->bytes);
     return FM_OK;
@@ -214,7 +214,7 @@ fm_result fm_volume_download(fm_volume *volume, void *target) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", volume ? "target" : "volume");
     }
     if (volume->buffer) {
-        return fm_buffer_download(volume->buffer, target, volume->bytes);
+        return fm_buffer_download_at(volume->buffer, 0, target, volume->bytes);
     }
     memcpy(target, volume->data, volume->bytes);
     return FM_OK;
@@ -237,10 +237,10 @@ fm_result fm_volume_copy(fm_context *context, const fm_volume *source, fm_volume
         return fm_gpu_copy(context->gpu, source->buffer, target->buffer, source->bytes, ticket);
     }
     if (source->buffer) {
-        return fm_buffer_download(source->buffer, target->data, source->bytes);
+        return fm_buffer_download_at(source->buffer, 0, target->data, source->bytes);
     }
     if (target->buffer) {
-        return fm_buffer_upload(target->buffer, source->data, source->bytes);
+        return fm_buffer_upload_at(target->buffer, 0, source->data, source->bytes);
     }
     fm_passes_begin(context);
     memcpy(target->data, source->data, source->bytes);
