@@ -3,6 +3,7 @@
 
 #include "gpu/compute.h"
 #include "shaders/include/shared.h"
+#include "volume/context.h"
 #include "vulkan_common.h"
 
 enum {

@@ -5,14 +5,17 @@
 // The device as the rest of the library sees it. No type of Vulkan leaves this folder; without Vulkan in the build every call that
 // needs a device fails with FM_ERROR_UNSUPPORTED (none.c).
 
-#include "volume/context.h"
+#include "base/meter.h"
 
+typedef struct fm_gpu fm_gpu;
 typedef struct fm_buffer fm_buffer;
 
 fm_result fm_gpu_enumerate(uint32_t *count, fm_device_info *devices, char *note, size_t note_size);
 
-// `automatic`: software drivers are passed over.
-fm_result fm_gpu_create(fm_context *context, const fm_context_desc *desc, bool automatic, fm_gpu **gpu);
+// The allocator is copied; the log must outlive the device. Of `desc` what concerns the device is read. `automatic`: software
+// drivers are passed over.
+fm_result fm_gpu_create(const fm_allocator *allocator, const fm_log *log, const fm_context_desc *desc, bool automatic,
+                        fm_gpu **gpu);
 void fm_gpu_destroy(fm_gpu *gpu);
 void fm_gpu_describe(const fm_gpu *gpu, fm_device_info *info);
 void fm_gpu_handles(const fm_gpu *gpu, fm_vulkan_device *device, void **timeline);

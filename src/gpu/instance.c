@@ -252,13 +252,14 @@ static fm_result open_device(fm_gpu *gpu, const fm_context_desc *desc, bool auto
     return create_device(gpu);
 }
 
-fm_result fm_gpu_create(fm_context *context, const fm_context_desc *desc, bool automatic, fm_gpu **result) {
-    fm_gpu *gpu = fm_alloc_zero(&context->allocator, sizeof *gpu, "the Vulkan backend");
+fm_result fm_gpu_create(const fm_allocator *allocator, const fm_log *log, const fm_context_desc *desc, bool automatic,
+                        fm_gpu **result) {
+    fm_gpu *gpu = fm_alloc_zero(allocator, sizeof *gpu, "the Vulkan backend");
     if (!gpu) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
-    gpu->allocator = context->allocator;
-    gpu->log = &context->log;
+    gpu->allocator = *allocator;
+    gpu->log = log;
     fm_result status = open_device(gpu, desc, automatic);
     if (status == FM_OK) {
         gpu->loaded = true;

@@ -2,7 +2,7 @@
 #ifndef FM_VK_H
 #define FM_VK_H
 
-// The Vulkan side of a context: shared by the files of this folder and by the kernels' drivers (transform/gpu_*.c).
+// The Vulkan side of a context, for the files of this folder alone.
 //
 // Kernels get device addresses through push constants; there are no descriptors.
 

@@ -8,27 +8,6 @@
 #include <string.h>
 #include <unistd.h>
 
-const char *fm_purpose_name(fm_purpose purpose) {
-    static const char *const names[FM_PURPOSE_COUNT] = {"volumes",      "scratch", "voxels", "field",
-                                                        "update state", "staging", "upload", "readback"};
-    return names[purpose];
-}
-
-void fm_meter_add(fm_meter *meter, uint64_t bytes) {
-    meter->bytes += bytes;
-    meter->peak = fm_max_u64(meter->peak, meter->bytes);
-}
-
-void fm_meter_remove(fm_meter *meter, uint64_t bytes) {
-    meter->bytes -= bytes;
-}
-
-uint32_t fm_listing(uint32_t *count, uint32_t available, bool wanted) {
-    uint32_t copied = wanted ? (uint32_t)fm_min_u64(*count, available) : 0;
-    *count = wanted ? copied : available;
-    return copied;
-}
-
 static void describe_host(fm_device_info *info, uint32_t threads) {
     memset(info, 0, sizeof *info);
     info->kind = FM_DEVICE_HOST;
@@ -74,7 +53,7 @@ static fm_result choose_backend(fm_context *context, const fm_context_desc *desc
     }
     // A device or handles that were asked for by name must be had; only a plain AUTO falls back to the CPU.
     bool automatic = desc->backend == FM_BACKEND_AUTO && !desc->vulkan && !desc->device;
-    fm_result result = fm_gpu_create(context, desc, automatic, &context->gpu);
+    fm_result result = fm_gpu_create(&context->allocator, &context->log, desc, automatic, &context->gpu);
     if (result == FM_OK) {
         context->backend = FM_BACKEND_VULKAN;
         return FM_OK;

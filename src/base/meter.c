@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: MIT
+#include "base/meter.h"
+
+const char *fm_purpose_name(fm_purpose purpose) {
+    static const char *const names[FM_PURPOSE_COUNT] = {"volumes",      "scratch", "voxels", "field",
+                                                        "update state", "staging", "upload", "readback"};
+    return names[purpose];
+}
+
+void fm_meter_add(fm_meter *meter, uint64_t bytes) {
+    meter->bytes += bytes;
+    meter->peak = fm_max_u64(meter->peak, meter->bytes);
+}
+
+void fm_meter_remove(fm_meter *meter, uint64_t bytes) {
+    meter->bytes -= bytes;
+}
+
+uint32_t fm_listing(uint32_t *count, uint32_t available, bool wanted) {
+    uint32_t copied = wanted ? (uint32_t)fm_min_u64(*count, available) : 0;
+    *count = wanted ? copied : available;
+    return copied;
+}
