@@ -80,6 +80,18 @@ static void test_tickets(fm_context *context) {
     CHECK_OK(fm_wait(context, ticket));
     CHECK_OK(fm_volume_download(distance[2], got));
     CHECK(vulkan_wrong_l1(got, small, 101) == 0);
+    // Copies from and to the host are done on return.
+    const fm_volume_desc host_desc = {.shape = small, .type = FM_TYPE_U32, .storage = FM_STORAGE_HOST};
+    fm_volume *host = NULL;
+    if (CHECK_OK(fm_volume_create(context, &host_desc, &host))) {
+        CHECK_OK(fm_volume_copy(context, distance[3], host, &ticket));
+        CHECK(ticket == 0 && vulkan_wrong_l1(fm_volume_data(host), small, 303) == 0);
+        ticket = 77;
+        CHECK_OK(fm_volume_copy(context, host, distance[4], &ticket));
+        CHECK_OK(fm_volume_download(distance[4], got));
+        CHECK(ticket == 0 && vulkan_wrong_l1(got, small, 303) == 0);
+    }
+    fm_volume_destroy(host);
     CHECK_FAILS(fm_volume_copy(context, distance[2], distance[2], NULL), FM_ERROR_INVALID_ARGUMENT);
     CHECK_FAILS(fm_volume_copy(context, distance[2], solid[2], NULL), FM_ERROR_INVALID_ARGUMENT);
     for (int i = 0; i < COUNT; i++) {

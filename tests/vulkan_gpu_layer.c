@@ -62,6 +62,28 @@ static void test_purposes(fm_context *context, bool staged) {
     }
 }
 
+// The public listing: what the host holds, then the device.
+static void test_listing(fm_context *context) {
+    enum { ROWS = FM_HOST_PURPOSES + FM_PURPOSE_COUNT };
+    fm_memory rows[ROWS + 1];
+    uint32_t count = ROWS + 1;
+    fm_buffer *buffer = make(context->gpu, FM_PURPOSE_UPDATE, BYTES);
+    CHECK_OK(fm_context_memory(context, &count, rows));
+    CHECK(count == ROWS);
+    for (uint32_t i = 0; i < count; i++) {
+        const bool device = i >= FM_HOST_PURPOSES;
+        const fm_purpose purpose = device ? i - FM_HOST_PURPOSES : i;
+        const fm_meter meter = device ? fm_gpu_meter(context->gpu, purpose) : context->host[purpose];
+        CHECK(rows[i].device == device && strcmp(rows[i].purpose, fm_purpose_name(purpose)) == 0);
+        CHECK(rows[i].bytes == meter.bytes && rows[i].peak == meter.peak);
+        CHECK((rows[i].bytes >= BYTES) == (device && purpose == FM_PURPOSE_UPDATE));
+        for (uint32_t j = device ? FM_HOST_PURPOSES : 0; j < i; j++) {
+            CHECK(strcmp(rows[i].purpose, rows[j].purpose) != 0);
+        }
+    }
+    fm_buffer_destroy(buffer);
+}
+
 // Pieces at odd places, around the size of the staging memory's halves.
 static void test_offsets(fm_gpu *gpu, fm_purpose purpose) {
     static const uint64_t offsets[] = {0, 1, 17, 4096, HALF + 3};
@@ -155,6 +177,7 @@ static void test_layer(const vulkan_options *options, bool staged) {
     }
     fm_gpu *gpu = context->gpu;
     CHECK(fm_gpu_newest(gpu) == 0);
+    test_listing(context);
     test_purposes(context, staged);
     test_offsets(gpu, FM_PURPOSE_VOXELS);
     test_offsets(gpu, FM_PURPOSE_FIELD);

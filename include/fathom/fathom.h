@@ -163,7 +163,14 @@ typedef struct fm_context_desc {
 // One context may be used by one thread at a time; contexts are independent of each other.
 typedef struct fm_context fm_context;
 
-// Creates a context. `desc` may be NULL. Errors: FM_ERROR_NO_DEVICE when what was asked for is not there or lacks a feature.
+// Creates a context. `desc` may be NULL.
+// With FM_BACKEND_AUTO and neither `device` nor `vulkan`, a machine without a usable GPU, a build without Vulkan and a driver that
+// fails are no errors: the context then runs on the CPU, and `log` is told why. Else these are FM_ERROR_NO_DEVICE (also: `device`
+// names none, the device lacks a feature, or `validation` finds no layer), FM_ERROR_UNSUPPORTED and FM_ERROR_INTERNAL.
+// Errors besides: FM_ERROR_INVALID_ARGUMENT for a `backend` that is no fm_backend, more than 1,024 threads, an allocator that lacks
+// a function, FM_BACKEND_CPU with `device` or `vulkan`, `device` with `vulkan`, a missing handle in `vulkan`, or a queue family
+// there that does not compute; FM_ERROR_OUT_OF_HOST_MEMORY, also when a thread cannot be started; FM_ERROR_OUT_OF_DEVICE_MEMORY.
+// Thread-safe.
 FM_API fm_result fm_context_create(const fm_context_desc *desc, fm_context **context);
 
 // Waits for the work in flight, then frees everything. Volumes made from the context must be destroyed before.
@@ -187,10 +194,11 @@ FM_API uint64_t fm_context_validation_messages(const fm_context *context);
 // The CPU backend works at once: its tickets are complete when they are given out.
 typedef uint64_t fm_ticket;
 
-// Blocks until `ticket` is complete. 0 is always complete. Errors: FM_ERROR_DEVICE_LOST.
+// Blocks until `ticket` is complete. 0 is always complete. Errors: FM_ERROR_INVALID_ARGUMENT for a ticket of Vulkan that was not
+// given out yet, FM_ERROR_DEVICE_LOST.
 FM_API fm_result fm_wait(fm_context *context, fm_ticket ticket);
 
-// Whether `ticket` is complete, without blocking.
+// Whether `ticket` is complete, without blocking. Errors: as fm_wait.
 FM_API fm_result fm_poll(fm_context *context, fm_ticket ticket, bool *complete);
 
 // One pass of the last operation that has completed.
@@ -204,9 +212,9 @@ typedef struct fm_pass {
 // `count` is as for fm_enumerate_devices.
 FM_API fm_result fm_context_passes(fm_context *context, uint32_t *count, fm_pass *passes);
 
-// Memory held by the context and its volumes, by purpose.
+// Memory held by the context and what was made from it, by purpose.
 typedef struct fm_memory {
-    const char *purpose;  // "volumes", "scratch", "staging", ...; static storage
+    const char *purpose;  // "volumes", "scratch", "voxels", "field", ...; on devices also "staging", ...; static storage
     bool device;          // device memory, else host memory
     uint64_t bytes;       // now
     uint64_t peak;        // highest since the context was made
@@ -279,7 +287,11 @@ typedef struct fm_volume_desc {
 typedef struct fm_volume fm_volume;
 
 // Creates a volume; its contents are undefined. `context` may be NULL for host storage: the C library's allocator then serves.
-// Errors: FM_ERROR_OUT_OF_DEVICE_MEMORY says how much was needed and how much there is.
+// Errors: FM_ERROR_INVALID_ARGUMENT for `desc` NULL, a shape or type that fm_array_bytes refuses, a `storage` that is no
+// fm_storage, or a spacing or origin outside its rules; FM_ERROR_RANGE when the size does not fit in 63 bits; FM_ERROR_UNSUPPORTED
+// for device storage without a context on Vulkan, and for `exportable` in host memory or on a device without
+// VK_KHR_external_memory_fd; FM_ERROR_OUT_OF_HOST_MEMORY; FM_ERROR_OUT_OF_DEVICE_MEMORY, which says how much was needed and how
+// much there is; FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the driver fails.
 FM_API fm_result fm_volume_create(fm_context *context, const fm_volume_desc *desc, fm_volume **volume);
 
 FM_API void fm_volume_destroy(fm_volume *volume);
@@ -302,8 +314,12 @@ FM_API fm_result fm_volume_set_palette(fm_volume *volume, const uint8_t *rgba);
 FM_API fm_result fm_volume_upload(fm_volume *volume, const void *source);
 FM_API fm_result fm_volume_download(fm_volume *volume, void *target);
 
-// Copies one volume over another of the same shape and type, either storage, not the same volume. A device-to-device copy is one
-// pass named "copy", asynchronous, complete at `ticket` (NULL: the call waits).
+// Copies one volume's elements over those of another of the same shape and type, either storage, not the same volume; not its place
+// or palette. A copy within the device is one pass named "copy", asynchronous, complete at `ticket` (NULL: the call waits). Every
+// other copy is done on return, with the ticket 0.
+// Errors: FM_ERROR_INVALID_ARGUMENT for volumes that are NULL, the same, of different shape or type, or in the device memory of
+// another context; FM_ERROR_OUT_OF_HOST_MEMORY and FM_ERROR_OUT_OF_DEVICE_MEMORY where the copy needs a pipeline or staging
+// memory that cannot be had; FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the driver fails.
 FM_API fm_result fm_volume_copy(fm_context *context, const fm_volume *source, fm_volume *target, fm_ticket *ticket);
 
 // The buffer behind a device volume, for programs that read the field where it lies.

@@ -230,21 +230,21 @@ fm_result fm_volume_copy(fm_context *context, const fm_volume *source, fm_volume
     if ((source->buffer && source->context != context) || (target->buffer && target->context != context)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "a device volume belongs to another context");
     }
-    if (ticket) {
-        *ticket = 0;
-    }
     if (source->buffer && target->buffer) {
         return fm_gpu_copy(context->gpu, source->buffer, target->buffer, source->bytes, ticket);
     }
     if (source->buffer) {
-        return fm_buffer_download_at(source->buffer, 0, target->data, source->bytes);
+        FM_TRY(fm_buffer_download_at(source->buffer, 0, target->data, source->bytes));
+    } else if (target->buffer) {
+        FM_TRY(fm_buffer_upload_at(target->buffer, 0, source->data, source->bytes));
+    } else {
+        fm_passes_begin(context);
+        memcpy(target->data, source->data, source->bytes);
+        fm_passes_end(context, "copy", 2 * source->bytes);
     }
-    if (target->buffer) {
-        return fm_buffer_upload_at(target->buffer, 0, source->data, source->bytes);
+    if (ticket) {
+        *ticket = 0;
     }
-    fm_passes_begin(context);
-    memcpy(target->data, source->data, source->bytes);
-    fm_passes_end(context, "copy", 2 * source->bytes);
     return FM_OK;
 }
 
