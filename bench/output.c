@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "bench.h"
+#include "tables.h"
 #include "words.h"
 
 #include <inttypes.h>
@@ -27,14 +28,10 @@ void bench_print_header(FILE *stream) {
             "kernels ms", "+- 95 %", "wall ms", "copies ms", "Mvoxel/s", "B/voxel", "/ floor", "scratch");
 }
 
-static void shape_text(fm_shape shape, char text[40]) {
-    snprintf(text, 40, "%" PRIu32 "x%" PRIu32 "x%" PRIu32, shape.x, shape.y, shape.z);
-}
-
 void bench_print(FILE *stream, const bench_result *result) {
     const bench_case *what = &result->what;
     char shape[40], types[32];
-    shape_text(what->scene_desc.shape, shape);
+    bench_shape_text(what->scene_desc.shape, shape);
     snprintf(types, sizeof types, "%s>%s", bench_input_name(what), bench_type_name(what));
     fprintf(stream, "%-8s %-14s %-4s %-17s %-13s ", fm_scene_name(what->scene), shape, fm_metric_words[what->metric], types,
             result->engine->name);
@@ -54,18 +51,6 @@ void bench_print(FILE *stream, const bench_result *result) {
     fflush(stream);
 }
 
-// Device names have commas and may have quotes.
-static void csv_text(FILE *stream, const char *text) {
-    fputc('"', stream);
-    for (; *text; text++) {
-        if (*text == '"') {
-            fputc('"', stream);
-        }
-        fputc(*text, stream);
-    }
-    fputc('"', stream);
-}
-
 static void csv_case_header(FILE *stream) {
     fprintf(stream, "engine,device,scene,seed,x,y,z,metric,input,output");
 }
@@ -74,33 +59,19 @@ static void csv_case(FILE *stream, const bench_result *result) {
     const bench_case *what = &result->what;
     const fm_shape shape = what->scene_desc.shape;
     fprintf(stream, "%s,", result->engine->name);
-    csv_text(stream, result->device);
+    bench_csv_text(stream, result->device);
     fprintf(stream, ",%s,%" PRIu64 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%s,%s,%s", fm_scene_name(what->scene),
             what->scene_desc.seed, shape.x, shape.y, shape.z, fm_metric_words[what->metric], bench_input_name(what),
             bench_type_name(what));
 }
 
-static void csv_stats_header(FILE *stream, const char *name) {
-    fprintf(stream, ",%s_median_ms,%s_min_ms,%s_stddev_ms,%s_ci_low_ms,%s_ci_high_ms,%s_ci_level", name, name, name, name, name,
-            name);
-}
-
-static void csv_stats(FILE *stream, const bench_stats *stats) {
-    if (stats->count) {
-        fprintf(stream, ",%.6g,%.6g,%.6g,%.6g,%.6g,%.4g", stats->median, stats->least, stats->deviation, stats->low, stats->high,
-                stats->confidence);
-    } else {
-        fprintf(stream, ",,,,,,");
-    }
-}
-
 void bench_csv_header(FILE *stream) {
     csv_case_header(stream);
     fprintf(stream, ",solid_fraction,runs");
-    csv_stats_header(stream, "kernels");
-    csv_stats_header(stream, "wall");
+    bench_csv_stats_header(stream, "kernels");
+    bench_csv_stats_header(stream, "wall");
     fprintf(stream, ",copy_runs");
-    csv_stats_header(stream, "with_copies");
+    bench_csv_stats_header(stream, "with_copies");
     fprintf(stream, ",mvoxel_per_s,bytes_per_voxel,copy_gb_per_s,floor_ms,ratio_to_floor,io_floor_ms,ratio_to_io_floor,"
                     "scratch_bytes_per_voxel,device_volumes_bytes,device_scratch_bytes,device_staging_bytes,host_volumes_bytes,"
                     "host_scratch_bytes,host_staging_bytes,samples,wrong,failure\n");
@@ -119,10 +90,10 @@ void bench_csv(FILE *stream, const bench_result *result) {
     static const char *const purposes[] = {"volumes", "scratch", "staging"};
     csv_case(stream, result);
     fprintf(stream, ",%.6g,%" PRIu32, result->solid, result->kernels.count);
-    csv_stats(stream, &result->kernels);
-    csv_stats(stream, &result->wall);
+    bench_csv_stats(stream, &result->kernels);
+    bench_csv_stats(stream, &result->wall);
     fprintf(stream, ",%" PRIu32, result->copies.count);
-    csv_stats(stream, &result->copies);
+    bench_csv_stats(stream, &result->copies);
     if (result->failure[0]) {
         fprintf(stream, ",,,,,,,");
     } else {
@@ -137,7 +108,7 @@ void bench_csv(FILE *stream, const bench_result *result) {
         }
     }
     fprintf(stream, ",%" PRIu32 ",%" PRIu32 ",", result->samples, result->wrong);
-    csv_text(stream, result->failure);
+    bench_csv_text(stream, result->failure);
     fprintf(stream, "\n");
     fflush(stream);
 }
@@ -145,7 +116,7 @@ void bench_csv(FILE *stream, const bench_result *result) {
 void bench_passes_csv_header(FILE *stream) {
     csv_case_header(stream);
     fprintf(stream, ",pass,name,bytes,runs");
-    csv_stats_header(stream, "pass");
+    bench_csv_stats_header(stream, "pass");
     fprintf(stream, ",gb_per_s,floor_ms,ratio_to_floor\n");
 }
 
@@ -156,28 +127,12 @@ void bench_passes_csv(FILE *stream, const bench_result *result) {
         const double floor_ms = (double)bytes / result->bandwidth * 1e3;
         csv_case(stream, result);
         fprintf(stream, ",%" PRIu32 ",", p);
-        csv_text(stream, result->passes[p].name);
+        bench_csv_text(stream, result->passes[p].name);
         fprintf(stream, ",%" PRIu64 ",%" PRIu32, bytes, time->count);
-        csv_stats(stream, time);
+        bench_csv_stats(stream, time);
         fprintf(stream, ",%.6g,%.6g,%.4g\n", (double)bytes * 1e-6 / time->median, floor_ms, time->median / floor_ms);
     }
     fflush(stream);
-}
-
-static cJSON *stats_json(const bench_stats *stats) {
-    if (!stats->count) {
-        return cJSON_CreateNull();
-    }
-    cJSON *object = cJSON_CreateObject();
-    cJSON_AddNumberToObject(object, "runs", stats->count);
-    cJSON_AddNumberToObject(object, "median_ms", stats->median);
-    cJSON_AddNumberToObject(object, "min_ms", stats->least);
-    cJSON_AddNumberToObject(object, "mean_ms", stats->mean);
-    cJSON_AddNumberToObject(object, "stddev_ms", stats->deviation);
-    cJSON_AddNumberToObject(object, "ci_low_ms", stats->low);
-    cJSON_AddNumberToObject(object, "ci_high_ms", stats->high);
-    cJSON_AddNumberToObject(object, "ci_level", stats->confidence);
-    return object;
 }
 
 static void add_case(cJSON *object, const bench_result *result) {
@@ -200,7 +155,7 @@ static void add_passes(cJSON *object, const bench_result *result) {
         cJSON *pass = cJSON_CreateObject();
         cJSON_AddStringToObject(pass, "name", result->passes[p].name);
         cJSON_AddNumberToObject(pass, "bytes", (double)result->passes[p].bytes);
-        cJSON_AddItemToObject(pass, "time", stats_json(&result->passes[p].time));
+        cJSON_AddItemToObject(pass, "time", bench_stats_json(&result->passes[p].time));
         cJSON_AddItemToArray(passes, pass);
     }
 }
@@ -226,9 +181,9 @@ cJSON *bench_json(const bench_result *result) {
     if (result->failure[0]) {
         return object;
     }
-    cJSON_AddItemToObject(object, "kernels", stats_json(&result->kernels));
-    cJSON_AddItemToObject(object, "wall", stats_json(&result->wall));
-    cJSON_AddItemToObject(object, "with_copies", stats_json(&result->copies));
+    cJSON_AddItemToObject(object, "kernels", bench_stats_json(&result->kernels));
+    cJSON_AddItemToObject(object, "wall", bench_stats_json(&result->wall));
+    cJSON_AddItemToObject(object, "with_copies", bench_stats_json(&result->copies));
     cJSON_AddNumberToObject(object, "mvoxel_per_s", rate(result));
     cJSON_AddNumberToObject(object, "bytes_per_voxel", per_voxel(result, result->bytes));
     cJSON_AddNumberToObject(object, "copy_gb_per_s", result->bandwidth * 1e-9);

@@ -33,6 +33,7 @@ bench_stats bench_stats_of(double *values, uint32_t count) {
     qsort(values, count, sizeof *values, compare);
     bench_stats stats = {.count = count, .least = values[0]};
     stats.median = (values[(count - 1) / 2] + values[count / 2]) / 2;
+    stats.p99 = values[(99 * count + 99) / 100 - 1];
     double sum = 0;
     for (uint32_t i = 0; i < count; i++) {
         sum += values[i];

@@ -10,6 +10,7 @@ typedef struct bench_stats {
     uint32_t count;
     double median, least, mean;
     double deviation;  // standard deviation of the sample; 0 for one value
+    double p99;        // 99th percentile: the least value that at least 99 % of them do not exceed
     // Confidence interval of the median from order statistics, without any assumption on the distribution. `confidence` is its true
     // level: the narrowest symmetric interval of at least 0.95, or, below six values, that of the whole range.
     double low, high, confidence;

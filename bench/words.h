@@ -4,9 +4,14 @@
 
 // Words that options, tables and reports have in common, in the order of their enums, with NULL at the end; and a clock.
 
-extern const char *const fm_backend_words[];  // "auto", "cpu", "vulkan"
-extern const char *const fm_metric_words[];   // "l2", "l1", "linf"
-extern const char *const fm_type_words[];     // "u8" ... "f64", "bits"
+extern const char *const fm_backend_words[];            // "auto", "cpu", "vulkan"
+extern const char *const fm_metric_words[];             // "l2", "l1", "linf"
+extern const char *const fm_type_words[];               // "u8" ... "f64", "bits"
+extern const char *const fm_world_algorithm_words[];    // "exact", "brute-force", "fim", ...
+extern const char *const fm_world_border_words[];       // "padding", "halo", "exchange"
+extern const char *const fm_world_convergence_words[];  // "device", "host"
+extern const char *const fm_field_format_words[];       // "packed", "split-u8", "split-u16", "squared"
+extern const char *const fm_brush_words[];              // "sphere", "box", "line"
 
 // Of a clock that only goes forward.
 double fm_now_ms(void);

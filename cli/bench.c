@@ -4,7 +4,7 @@
 #include "bench.h"
 #include "cli.h"
 #include "commands.h"
-#include "files.h"
+#include "table.h"
 #include "words.h"
 
 #include <stdio.h>
@@ -27,15 +27,8 @@ typedef struct bench_plan {
     bool quiet;
 } bench_plan;
 
-typedef struct report {
-    const char *path;
-    FILE *stream;  // NULL: not wanted
-    char *text;
-    size_t size;
-} report;
-
 typedef struct reports {
-    report csv, passes;
+    table csv, passes;
     cJSON *results;
     bool measured, failed;
 } reports;
@@ -153,50 +146,14 @@ static int measure_all(const bench_plan *plan, reports *out) {
     return status == CLI_DONE && out->failed ? CLI_FAILED : status;
 }
 
-// A table that grows in memory, so that old results stay until the new ones are whole.
-static bool begin_report(const char *path, report *r) {
-    r->path = path;
-    r->stream = path ? open_memstream(&r->text, &r->size) : NULL;
-    return !path || r->stream;
-}
-
-// `write`: what was measured is worth a file.
-static int end_report(report *r, bool write, int status) {
-    const bool whole = r->stream && !ferror(r->stream);
-    if (r->stream && fclose(r->stream) == 0 && whole && write) {
-        int written = files_write_text(r->path, r->text, r->size);
-        status = status == CLI_DONE ? written : status;
-    } else if (r->stream && write) {
-        status = cli_fail("%s: out of memory for it: free some", r->path);
-    }
-    free(r->text);
-    return status;
-}
-
-static int check_reports(const bench_plan *plan) {
-    const char *const paths[] = {plan->csv, plan->passes, plan->json};
-    for (int i = 0; i < 3; i++) {
-        int status = paths[i] ? files_output_check(paths[i]) : CLI_DONE;
-        if (status != CLI_DONE) {
-            return status;
-        }
-        for (int before = 0; before < i; before++) {
-            if (files_same(paths[before], paths[i])) {
-                return cli_usage("bench: two tables are the same file: give each its own name");
-            }
-        }
-    }
-    return CLI_DONE;
-}
-
 static int run(const bench_plan *plan) {
-    int status = check_reports(plan);
+    int status = tables_check((const char *const[]){plan->csv, plan->passes, plan->json}, 3);
     if (status != CLI_DONE) {
         return status;
     }
     reports out = {.results = plan->json ? cJSON_CreateArray() : NULL};
-    report json = {0};
-    if (!begin_report(plan->csv, &out.csv) || !begin_report(plan->passes, &out.passes) || !begin_report(plan->json, &json)) {
+    table json = {0};
+    if (!table_begin(plan->csv, &out.csv) || !table_begin(plan->passes, &out.passes) || !table_begin(plan->json, &json)) {
         status = cli_fail("out of memory: free some");
     } else {
         if (out.csv.stream) {
@@ -207,58 +164,24 @@ static int run(const bench_plan *plan) {
         }
         status = measure_all(plan, &out);
     }
-    if (json.stream) {
-        char *text = cJSON_Print(out.results);
-        if (text) {
-            fprintf(json.stream, "%s\n", text);
-        } else {
-            status = cli_fail("%s: out of memory for it: free some", plan->json);
-            out.measured = false;
-        }
-        cJSON_free(text);
+    if (json.stream && !table_json(&json, out.results)) {
+        status = CLI_FAILED;
+        out.measured = false;
     }
-    cJSON_Delete(out.results);
     // A case that failed is a row like others.
     const bool worth = status == CLI_DONE || out.measured;
-    status = end_report(&out.csv, worth, status);
-    status = end_report(&out.passes, worth, status);
-    return end_report(&json, worth, status);
+    status = table_end(&out.csv, worth, status);
+    status = table_end(&out.passes, worth, status);
+    return table_end(&json, worth, status);
 }
 
-// Splits "a,b,c" and hands each word to `take`, which says what is wrong with it.
-static bool each_word(const char *option, const char *list, bench_plan *plan,
-                      bool (*take)(const char *option, const char *word, struct bench_plan *plan)) {
-    char word[64];
-    int count = 0;
-    for (const char *at = list;; at++) {
-        const size_t length = strcspn(at, ",");
-        if (length == 0 || length >= sizeof word || ++count > MAX_LIST) {
-            cli_usage("%s is \"%s\": up to %d words separated by commas are wanted", option, list, MAX_LIST);
-            return false;
-        }
-        memcpy(word, at, length);
-        word[length] = '\0';
-        if (!take(option, word, plan)) {
-            return false;
-        }
-        at += length;
-        if (!*at) {
-            return true;
-        }
-    }
+static bool take_shape(const char *option, const char *word, void *user) {
+    bench_plan *plan = user;
+    return cli_shape_word(option, word, &plan->shapes[plan->shape_count++]);
 }
 
-static bool take_shape(const char *option, const char *word, bench_plan *plan) {
-    // Commas are taken: a shape that is no cube is written 512x512x64.
-    char text[64];
-    snprintf(text, sizeof text, "%s", word);
-    for (char *c = text; *c; c++) {
-        *c = *c == 'x' ? ',' : *c;
-    }
-    return cli_shape(option, text, &plan->shapes[plan->shape_count++]);
-}
-
-static bool take_scene(const char *option, const char *word, bench_plan *plan) {
+static bool take_scene(const char *option, const char *word, void *user) {
+    bench_plan *plan = user;
     const fm_scene *scene = fm_scene_find(word);
     if (!scene) {
         cli_usage("%s has \"%s\": fathom scene --list has the names", option, word);
@@ -267,7 +190,8 @@ static bool take_scene(const char *option, const char *word, bench_plan *plan) {
     return scene != NULL;
 }
 
-static bool take_engine(const char *option, const char *word, bench_plan *plan) {
+static bool take_engine(const char *option, const char *word, void *user) {
+    bench_plan *plan = user;
     const bench_engine *engine = bench_engine_find(word);
     if (!engine) {
         cli_usage("%s has \"%s\": fathom bench transform --list-engines has the names", option, word);
@@ -276,14 +200,16 @@ static bool take_engine(const char *option, const char *word, bench_plan *plan) 
     return engine != NULL;
 }
 
-static bool take_metric(const char *option, const char *word, bench_plan *plan) {
+static bool take_metric(const char *option, const char *word, void *user) {
+    bench_plan *plan = user;
     int place = 0;
     bool good = cli_word(option, word, fm_metric_words, &place);
     plan->metrics[plan->metric_count++] = (fm_metric)place;
     return good;
 }
 
-static bool take_type(const char *option, const char *word, bench_plan *plan) {
+static bool take_type(const char *option, const char *word, void *user) {
+    bench_plan *plan = user;
     fm_type *type = &plan->types[plan->type_count++];
     if (!cli_type(option, word, type)) {
         return false;
@@ -295,7 +221,8 @@ static bool take_type(const char *option, const char *word, bench_plan *plan) {
     return true;
 }
 
-static bool take_input(const char *option, const char *word, bench_plan *plan) {
+static bool take_input(const char *option, const char *word, void *user) {
+    bench_plan *plan = user;
     fm_type *type = &plan->inputs[plan->input_count++];
     if (!cli_type(option, word, type)) {
         return false;
@@ -379,7 +306,7 @@ static bool read_plan(const bench_args *a, bench_plan *p) {
     *p = (bench_plan){
         .csv = given(a->csv, NULL), .passes = given(a->passes, NULL), .json = given(a->json, NULL), .quiet = a->quiet->count > 0};
     if (strcmp(a->what->sval[0], "transform") != 0) {
-        cli_usage("bench: no benchmark \"%s\": transform is there", a->what->sval[0]);
+        cli_usage("bench: no benchmark \"%s\": transform and world are there", a->what->sval[0]);
         return false;
     }
     if (!cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) || !read_limits(a, p)) {
@@ -387,12 +314,12 @@ static bool read_plan(const bench_args *a, bench_plan *p) {
     }
     p->session.backend = (fm_backend)backend;
     p->session.device = given(a->device, NULL);
-    return each_word("--sizes", given(a->sizes, "128,256"), p, take_shape) &&
-           each_word("--scenes", given(a->scenes, "terrain,sparse,shell"), p, take_scene) &&
-           each_word("--metrics", given(a->metrics, "l1,l2"), p, take_metric) &&
-           each_word("--types", given(a->types, "u8,u16,f32,u32"), p, take_type) &&
-           each_word("--inputs", given(a->inputs, "u8"), p, take_input) &&
-           each_word("--engines", given(a->engines, default_engines(&p->session)), p, take_engine);
+    return cli_each("--sizes", given(a->sizes, "128,256"), MAX_LIST, take_shape, p) &&
+           cli_each("--scenes", given(a->scenes, "terrain,sparse,shell"), MAX_LIST, take_scene, p) &&
+           cli_each("--metrics", given(a->metrics, "l1,l2"), MAX_LIST, take_metric, p) &&
+           cli_each("--types", given(a->types, "u8,u16,f32,u32"), MAX_LIST, take_type, p) &&
+           cli_each("--inputs", given(a->inputs, "u8"), MAX_LIST, take_input, p) &&
+           cli_each("--engines", given(a->engines, default_engines(&p->session)), MAX_LIST, take_engine, p);
 }
 
 int command_bench(int argc, char **argv) {

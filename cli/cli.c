@@ -271,6 +271,38 @@ bool cli_word(const char *option, const char *text, const char *const *words, in
     return false;
 }
 
+bool cli_each(const char *option, const char *list, int most, bool (*take)(const char *option, const char *word, void *user),
+              void *user) {
+    char word[64];
+    int count = 0;
+    for (const char *at = list;; at++) {
+        const size_t length = strcspn(at, ",");
+        if (length == 0 || length >= sizeof word || ++count > most) {
+            cli_usage("%s is \"%s\": up to %d words separated by commas are wanted", option, list, most);
+            return false;
+        }
+        memcpy(word, at, length);
+        word[length] = '\0';
+        if (!take(option, word, user)) {
+            return false;
+        }
+        at += length;
+        if (!*at) {
+            return true;
+        }
+    }
+}
+
+bool cli_shape_word(const char *option, const char *word, fm_shape *shape) {
+    // Commas are taken: a shape that is no cube is written 512x512x64.
+    char text[64];
+    snprintf(text, sizeof text, "%s", word);
+    for (char *c = text; *c; c++) {
+        *c = *c == 'x' ? ',' : *c;
+    }
+    return cli_shape(option, text, shape);
+}
+
 const char *cli_bytes(uint64_t bytes, char text[32]) {
     static const char *const units[] = {"bytes", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
     double value = (double)bytes;

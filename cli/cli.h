@@ -52,6 +52,12 @@ extern const char *const cli_format_words[];
 // A word, in either case, out of a list that ends with NULL; `value` gets its place in the list.
 bool cli_word(const char *option, const char *text, const char *const *words, int *value);
 
+// Splits "a,b,c", at most `most` words, and hands each to `take`, which says what is wrong with it. False on bad usage.
+bool cli_each(const char *option, const char *list, int most, bool (*take)(const char *option, const char *word, void *user),
+              void *user);
+// A word of such a list: "N" or "XxYxZ".
+bool cli_shape_word(const char *option, const char *word, fm_shape *shape);
+
 // "12.3 GiB".
 const char *cli_bytes(uint64_t bytes, char text[32]);
 

@@ -18,6 +18,7 @@ static void test_stats(void) {
     CHECK(stats.median == 4.5 && stats.least == 2 && stats.mean == 5);
     CHECK(fabs(stats.deviation - 2.1380899352993950) < 1e-12);
     // For 8 values the interval of at least 0.95 runs from the smallest to the greatest: 1 - 2 / 2^8.
+    CHECK(stats.p99 == 9);
     CHECK(stats.low == 2 && stats.high == 9 && fabs(stats.confidence - (1 - 2.0 / 256)) < 1e-12);
 
     // For 20 values it is from the 6th to the 15th, level 0.9586 (the table of the sign test).
@@ -27,6 +28,15 @@ static void test_stats(void) {
     }
     stats = bench_stats_of(twenty, 20);
     CHECK(stats.low == 5 && stats.high == 14 && fabs(stats.confidence - 0.95861) < 1e-5);
+
+    // Of 100 values the 99th, of 101 the 100th: one value may lie above.
+    double many[BENCH_STATS_MAX];
+    for (int i = 0; i < BENCH_STATS_MAX; i++) {
+        many[i] = BENCH_STATS_MAX - i;
+    }
+    stats = bench_stats_of(many, BENCH_STATS_MAX);
+    CHECK(stats.p99 == 990 && many[0] == 1);
+    CHECK(bench_stats_of(many, 100).p99 == 99 && bench_stats_of(many, 101).p99 == 100 && bench_stats_of(many, 99).p99 == 99);
 
     double five[] = {1, 2, 3, 4, 5};
     stats = bench_stats_of(five, 5);
