@@ -13,19 +13,24 @@
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
 layout(constant_id = 2) const uint ROWS = 16;
-layout(constant_id = 3) const uint METRIC = FM_GPU_L1;
 layout(constant_id = 4) const uint WIDTH = 1;  // bytes of a raw distance: the greatest number of that width means none
 layout(constant_id = 5) const uint SOURCE = 0;
 layout(constant_id = 6) const uint TARGET = 0;
+layout(constant_id = 9) const bool ALONG_Z = false;
+const uint LANES = gl_WorkGroupSize.x;
+const uint SEGMENTS = gl_WorkGroupSize.y;
+
+#ifdef WORLD
+const bool WIDE = false;
+#include "world_grid.glsl"
+#else
+layout(constant_id = 3) const uint METRIC = FM_GPU_L1;
 layout(constant_id = 7) const bool WIDE = false;
 layout(constant_id = 8) const bool PLAIN = false;  // the result is the raw distance, four at a time
-layout(constant_id = 9) const bool ALONG_Z = false;
 layout(constant_id = 10) const bool SQUARED = false;
 layout(constant_id = 11) const bool BORDER = false;
 layout(constant_id = 12) const uint OUT_TYPE = 0;
 layout(constant_id = 13) const uint INDEX_TYPE = 0;
-const uint LANES = gl_WorkGroupSize.x;
-const uint SEGMENTS = gl_WorkGroupSize.y;
 const bool WEIGHTED = false;
 const bool BIG = true;
 
@@ -36,6 +41,7 @@ layout(push_constant) uniform push_block {
 #include "sites.glsl"
 #include "grid.glsl"
 #include "finish.glsl"
+#endif
 
 #ifdef SCAN_F16
 #define QUAD_PARTS 2
@@ -212,6 +218,9 @@ void store_packed(fm_address to, quad_t q) {
     }
 }
 
+#ifdef WORLD
+#include "world_scan.glsl"
+#else
 void store_quad(uint slice, uint n, uint x, quad_t q) {
     uint64_t row = row_of(slice, n);
     if (TARGET == FM_TARGET_RAW) {
@@ -230,20 +239,17 @@ void store_quad(uint slice, uint n, uint x, quad_t q) {
         }
     }
 }
+#endif
 
 shared part_t tails[2][SEGMENTS][LANES][QUAD_PARTS];
 shared part_t heads[2][SEGMENTS][LANES][QUAD_PARTS];
 
-void main() {
+void scan_tile(uint slice, uint tile_x) {
     uint lane = gl_LocalInvocationID.x;
     uint segment = gl_LocalInvocationID.y;
-    uint slice, x;
-    if (!tile_of(gl_WorkGroupID, gl_NumWorkGroups, 4 * LANES, x, slice)) {
-        return;
-    }
-    x += 4 * lane;
+    uint x = tile_x + 4 * lane;
     uint n0 = segment * ROWS;
-    bool inside = x < push.x_end;
+    bool inside = x < x_end();
 
 #ifdef SCAN_F16
     uint t = gl_LocalInvocationIndex;
@@ -257,7 +263,7 @@ void main() {
     // Rows and columns past the end load what the last ones do and are made far afterwards: a load that hangs on no condition can
     // be started before the one in front has arrived.
     uint rows = column_rows();
-    uint load_x = min(x, (push.x_end - 1) & ~3u);
+    uint load_x = min(x, (x_end() - 1) & ~3u);
     uint64_t row_first = row_of(slice, 0);
     uint64_t row_step = row_of(slice, 1) - row_first;
     uint64_t first_word = row_first * push.row_words + (load_x >> 5);
@@ -323,4 +329,15 @@ void main() {
             store_quad(slice, n0 + i, x, out_quad);
         }
     }
+}
+
+void main() {
+#ifdef WORLD
+    run_tiles();
+#else
+    uint slice, x;
+    if (tile_of(gl_WorkGroupID, gl_NumWorkGroups, 4 * LANES, x, slice)) {
+        scan_tile(slice, x);
+    }
+#endif
 }

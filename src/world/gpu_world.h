@@ -5,34 +5,54 @@
 #include "gpu/compute.h"
 #include "world/world.h"
 
-enum { FM_WORLD_IN_FLIGHT = 3 };
+enum { FM_WORLD_IN_FLIGHT = 3, FM_UPLOADS = 8 };
+
+// How a world's columns are cut into tiles and segments; tiles of both axes are equally wide.
+typedef struct fm_column_layout {
+    fm_kernel kernel;
+    uint32_t lanes, rows, tile_width;  // rows of a segment
+    uint32_t segments_y, segments_z;
+    uint32_t tiles;  // along x
+} fm_column_layout;
+
+// What the host writes for an update in flight, and what the kernels write for the host.
+typedef struct fm_flight {
+    fm_buffer *upload[FM_UPLOADS];  // filled one after the other; joined into one when the flight is used again
+    uint64_t upload_bytes[FM_UPLOADS];
+    uint32_t upload_count;
+    uint64_t used;        // bytes of the last one
+    fm_buffer *readback;  // FM_READBACK_WORDS 32-bit words
+    fm_ticket ticket;
+} fm_flight;
+
+// Words of a flight's readback memory.
+enum { FM_COUNTED_Y = 0, FM_COUNTED_Z, FM_COUNTED_CHUNKS /* and the following: gpu_chunks.c */, FM_READBACK_WORDS = 64 };
 
 struct fm_gpu_world {
     fm_gpu *gpu;
     fm_buffer *voxels, *bits, *carries;
     fm_buffer *field, *colors;  // colors NULL for FM_FIELD_PACKED
-    fm_buffer *middle;          // EXACT: distances after y; rows of `pitch` elements
+    fm_buffer *middle;          // EXACT: distances after y; rows of `pitch` elements; else NULL
+    fm_buffer *lists;           // EXACT: headers and tile lists of the passes, their flags and windows; else NULL
+    fm_column_layout layout;
     uint32_t pitch;
-    fm_buffer *lists;  // headers and tile lists of the exact passes, their flags and windows
 
-    // What the host writes for an update in flight and what the kernels write for the host.
-    struct {
-        fm_buffer *upload, *readback;
-        fm_ticket ticket;
-    } flights[FM_WORLD_IN_FLIGHT];
-    uint32_t flight;
+    fm_flight flights[FM_WORLD_IN_FLIGHT];
+    uint32_t flight;  // of the newest update
+    uint64_t rows;    // that the newest update looked at
+    uint32_t parity;  // which header of the tiles along y the next update uses
 
-    struct fm_gpu_chunks *chunks;  // gpu_chunks.c
+    struct fm_gpu_chunks *chunks;  // gpu_chunks.c; NULL until it is needed
 };
 
-// Memory of the current flight that the host writes and kernels read, at least `bytes`; the flight's ticket has been waited for.
-fm_result fm_gpu_world_upload(fm_world *world, uint64_t bytes, void **memory, uint64_t *address);
+// Memory of the current flight that the host writes and kernels read; the flight's ticket has been waited for.
+fm_result fm_gpu_world_upload(fm_gpu_world *world, uint64_t bytes, void **memory, uint64_t *address);
 
 // gpu_chunks.c: records the job's domains into `slot` (which FM_CONVERGE_HOST submits and begins anew), into the field's entries of
 // air voxels. The site bits are up to date when it runs.
 fm_result fm_gpu_chunks_update(fm_world *world, const fm_world_job *job, fm_slot **slot);
-// What the newest update did: chunks, iterations, host_wait_ms.
-fm_result fm_gpu_chunks_stats(fm_world *world, fm_world_stats *stats);
+// What the newest update did, which is complete: chunks, iterations, host_wait_ms.
+void fm_gpu_chunks_stats(fm_world *world, fm_world_stats *stats);
 void fm_gpu_chunks_destroy(fm_world *world);
 
 #endif

@@ -62,6 +62,8 @@ struct fm_world {
     fm_world_stats stats;  // of the newest update; the Vulkan backend fills it in when asked
     struct fm_world_queue *queue;
     bool all_dirty;
+    bool focus_moved;              // since the newest update
+    struct fm_chunk_plan *chunks;  // chunks.c; NULL until it is needed
 };
 
 // Distances above this become this: what the format holds, and the cap.
@@ -80,18 +82,22 @@ bool fm_queue_empty(const fm_world_queue *queue);
 fm_result fm_queue_job(fm_world_queue *queue, fm_world_job *job, fm_box *touched);
 void fm_queue_clear(fm_world_queue *queue);
 
-// chunks.c: the domains of a chunked method that `touched` makes dirty (NULL: all). They live until the next call.
-typedef struct fm_chunk_plan fm_chunk_plan;
+// chunks.c: the domains of a chunked method that `touched` makes dirty (NULL: all), and those that a moved focus does. They live
+// until the next call.
 fm_result fm_chunks_plan(fm_world *world, const fm_box *touched, fm_world_job *job);
+void fm_chunks_destroy(fm_world *world);
 
-// host_world.c
+// host_world.c. `prepare` gets the memory that world->desc.method needs. `destroy` is fine with a world that has no backend.
 fm_result fm_host_world_create(fm_world *world, fm_host_world **host);
-void fm_host_world_destroy(fm_world *world, fm_host_world *host);
+void fm_host_world_destroy(fm_world *world);
+fm_result fm_host_world_prepare(fm_world *world);
 fm_result fm_host_world_update(fm_world *world, const fm_world_job *job);
 
-// gpu_world.c
+// gpu_world.c. `update` sets world->newest; `stats` waits for it and fills in world->stats.
 fm_result fm_gpu_world_create(fm_world *world, fm_gpu_world **gpu);
-void fm_gpu_world_destroy(fm_gpu_world *gpu);
+void fm_gpu_world_destroy(fm_world *world);
+fm_result fm_gpu_world_prepare(fm_world *world);
 fm_result fm_gpu_world_update(fm_world *world, const fm_world_job *job);
+fm_result fm_gpu_world_stats(fm_world *world);
 
 #endif

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The cost of a site: the raw distance g within its row or slice, and d steps along the pass's axis. COST_F32 holds whole numbers
 // exactly below 2^24 and weighted sums rounded step by step; COST_U32 whole numbers below 2^32.
-// Expects `push` and the constants METRIC, WEIGHTED.
+// Expects the constants METRIC and WEIGHTED, row_weight() and column_weight().
 
 #ifdef COST_U32
 #define cost_t uint
@@ -65,7 +65,7 @@ int reach(cost_t best) {
 
 cost_t row_cost(uvec2 ways) {
     uint way = min(ways.x, ways.y);
-    return way == FM_GPU_NONE ? COST_NONE : steps_cost(way, push.weight_x);
+    return way == FM_GPU_NONE ? COST_NONE : steps_cost(way, row_weight());
 }
 
 uint cost_bits(cost_t value) {

@@ -6,8 +6,16 @@ uint column_rows() {
     return ALONG_Z ? push.z : push.y;
 }
 
+uint x_end() {
+    return push.x_end;
+}
+
 uint column_slices() {
     return ALONG_Z ? push.y : push.z;
+}
+
+float row_weight() {
+    return push.weight_x;
 }
 
 float column_weight() {

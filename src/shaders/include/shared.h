@@ -49,6 +49,19 @@ typedef float fm_float;
 
 #define FM_GPU_NONE 0xffffffffu
 
+// Field formats of a world, as fm_field_format numbers them.
+#define FM_GPU_PACKED 0
+#define FM_GPU_SPLIT_U8 1
+#define FM_GPU_SPLIT_U16 2
+#define FM_GPU_SQUARED_U32 3
+
+// A world's work lists. Two headers for tiles along y, of which updates use one in turn while they clear the other, and one for
+// tiles along z: a count of entries, then the three group counts of an indirect dispatch.
+#define FM_LIST_HEADER_BYTES 16
+#define FM_LIST_Z 2
+#define FM_LIST_HEADERS 3
+#define FM_LIST_MAX_GROUPS 65535u
+
 // From the caller's elements to site bits, with the way from each word's ends to the nearest sites in the words beside it.
 FM_PUSH_STRUCT(fm_encode_push) {
     fm_address solid;
@@ -104,6 +117,47 @@ FM_PUSH_STRUCT(fm_gpu_bundle) {
     fm_uint first_brush, brush_count;
 };
 
+// The rows of a world: edits, site bits, carries, solid voxels' entries of the field.
+FM_PUSH_STRUCT(fm_rows_push) {
+    fm_address voxels;
+    fm_address bits;
+    fm_address carries;
+    fm_address field;
+    fm_address colors;
+    fm_address lists;    // headers
+    fm_address entries;  // of the tiles along y
+    fm_address flags;    // a word a tile along y: whether it is listed
+    fm_address bundles;
+    fm_address brushes;
+    fm_address order;
+    fm_uint x, y, z;
+    fm_uint row_words;
+    fm_uint tile_width;
+    fm_uint reach;   // carries above this are alike
+    fm_uint parity;  // which header of the tiles along y is in use
+    fm_uint groups;  // bundles
+};
+
+// Columns of a world along y or z. A tile is identified by its place along x + tiles * slice.
+FM_PUSH_STRUCT(fm_world_push) {
+    fm_address bits;
+    fm_address carries;
+    fm_address raw;       // distances after the pass along y
+    fm_address distance;  // the field
+    fm_address list;      // header of the tiles to do
+    fm_address entries;
+    fm_address marks;  // along y: the flags of the tiles; along z: their windows, first and last slice that may change
+    fm_address next_list;
+    fm_address next_entries;
+    fm_address next_marks;
+    fm_address counted;  // gets the number of tiles done
+    fm_uint x, y, z;
+    fm_uint row_words;
+    fm_uint pitch;  // elements of a row of raw
+    fm_uint tiles;  // along x
+    fm_uint cap;    // distances saturate here; L2: squared
+};
+
 // Buffers are whole numbers of pieces of 16 bytes.
 FM_PUSH_STRUCT(fm_copy_push) {
     fm_address source;
@@ -115,6 +169,8 @@ FM_PUSH_STRUCT(fm_copy_push) {
 _Static_assert(sizeof(fm_gpu_brush) == 64 && sizeof(fm_gpu_bundle) == 24, "as std430 lays them out");
 _Static_assert(sizeof(fm_encode_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_column_push) <= 128, "push constants are 128 bytes on every device");
+_Static_assert(sizeof(fm_rows_push) <= 128, "push constants are 128 bytes on every device");
+_Static_assert(sizeof(fm_world_push) <= 128, "push constants are 128 bytes on every device");
 #endif
 
 #endif

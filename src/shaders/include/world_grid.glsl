@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: MIT
+// The columns of a world's passes, the lists of tiles to do, and which of the next pass's tiles a change reaches. A tile is TILE_WIDTH
+// columns wide and as long as they are. Expects memory.glsl, the constants ALONG_Z, SEGMENTS, LANES and ROWS.
+
+#include "shared.h"
+#include "lists.glsl"
+
+layout(constant_id = 3) const uint FORMAT = FM_GPU_PACKED;
+layout(constant_id = 7) const uint TILE_WIDTH = 64;
+layout(constant_id = 8) const bool LISTED = false;  // only the tiles of the list are done, and changes are passed on
+
+layout(push_constant) uniform push_block {
+    fm_world_push push;
+};
+
+#include "sites.glsl"
+
+uint x_end() {
+    return push.x;
+}
+
+uint column_rows() {
+    return ALONG_Z ? push.z : push.y;
+}
+
+uint column_slices() {
+    return ALONG_Z ? push.y : push.z;
+}
+
+// Row of the volume that holds row n of a slice's columns.
+uint64_t row_of(uint slice, uint n) {
+    return ALONG_Z ? slice + uint64_t(n) * push.y : n + uint64_t(slice) * push.y;
+}
+
+fm_address raw_at(uint64_t row, uint x, uint bytes) {
+    return push.raw + (row * push.pitch + x) * bytes;
+}
+
+// Rows that the listed tile of the pass along z may change; all of them where there is no list. A window is kept in memory as two
+// numbers that only rise and are 0 where there is none: 2^32 - 1 - first, and last + 1.
+uint window_first = 0;
+uint window_last = 0xffffffffu;
+
+bool in_window(uint n) {
+    return n >= window_first && n <= window_last;
+}
+
+// A bit for each row of a segment that changed, and the least distance there, before or after.
+shared uint changed_rows[SEGMENTS][(ROWS + 31) / 32];
+shared uint changed_least[SEGMENTS];
+
+void clear_changes() {
+    if (LISTED && !ALONG_Z) {
+        if (gl_LocalInvocationID.x == 0) {
+            [[unroll]] for (uint i = 0; i < (ROWS + 31) / 32; i++) {
+                changed_rows[gl_LocalInvocationID.y][i] = 0;
+            }
+            changed_least[gl_LocalInvocationID.y] = FM_GPU_NONE;
+        }
+        barrier();
+    }
+}
+
+// `row` of this invocation's segment changed, where the distance was or is `least`.
+void note_change(uint row, uint least) {
+    atomicOr(changed_rows[gl_LocalInvocationID.y][row / 32], 1u << (row & 31u));
+    atomicMin(changed_least[gl_LocalInvocationID.y], least);
+}
+
+// How far along z a change of a distance of at least `least` can be felt.
+uint reach_of(uint least) {
+    if (least >= push.cap) {
+        return 0;
+    }
+    return FORMAT == FM_GPU_SQUARED_U32 ? uint(sqrt(float(push.cap - least)) * 1.00001) + 1 : push.cap - least;
+}
+
+// Lists the tiles along z that hold a changed row of this tile (slice z), with the slices that the change can reach.
+void pass_on_changes(uint slice, uint tile_x) {
+    if (!LISTED || ALONG_Z) {
+        return;
+    }
+    barrier();
+    uint segment = gl_LocalInvocationID.y;
+    uint reach = reach_of(changed_least[segment]);
+    uint first = slice - min(slice, reach);
+    uint last = reach > push.z - 1 - slice ? push.z - 1 : slice + reach;
+    for (uint row = gl_LocalInvocationID.x; row < ROWS; row += LANES) {
+        if ((changed_rows[segment][row / 32] >> (row & 31u) & 1u) != 0) {
+            uint tile = (segment * ROWS + row) * push.tiles + tile_x;
+            fm_address window = push.next_marks + uint64_t(tile) * 8;
+            if (atomicMax(ref_u32(window).v, FM_GPU_NONE - first) == 0) {
+                list_append(push.next_list, push.next_entries, tile);
+            }
+            atomicMax(ref_u32(window + 4).v, last + 1);
+        }
+    }
+}
+
+// What a pass does with a tile: the columns of `slice` from `x` on.
+void do_tile(uint slice, uint x);
+
+void run_tiles() {
+    if (!LISTED) {
+        uint64_t tile = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
+        if (tile < uint64_t(push.tiles) * column_slices()) {
+            do_tile(uint(tile / push.tiles), uint(tile % push.tiles) * TILE_WIDTH);
+        }
+        return;
+    }
+    uint count = list_count(push.list);
+    bool first = gl_LocalInvocationIndex == 0;
+    if (first && gl_WorkGroupID.x == 0) {
+        ref_u32(push.counted).v = count;
+    }
+    for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
+        uint tile = ref_u32(push.entries + uint64_t(i) * 4).v;
+        fm_address mark = push.marks + uint64_t(tile) * (ALONG_Z ? 8 : 4);
+        if (ALONG_Z) {
+            window_first = FM_GPU_NONE - ref_u32(mark).v;
+            window_last = ref_u32(mark + 4).v - 1;
+        }
+        clear_changes();
+        do_tile(tile / push.tiles, tile % push.tiles * TILE_WIDTH);
+        pass_on_changes(tile / push.tiles, tile % push.tiles);
+        barrier();
+        if (first && ALONG_Z) {
+            ref_u32x2(mark).v = uvec2(0);
+        } else if (first) {
+            ref_u32(mark).v = 0;
+        }
+    }
+}

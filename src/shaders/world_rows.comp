@@ -1,0 +1,218 @@
+// SPDX-License-Identifier: MIT
+#version 460
+#include "memory.glsl"
+#include "shared.h"
+#include "sites.glsl"
+#include "lists.glsl"
+#include "brush.glsl"
+
+// Edits of a world, and what follows from them in a row: voxels, site bits, carries, and the field's entries of solid voxels. A group
+// owns 8 rows of a slice, LISTED a bundle's, of which it looks at a range of x; 32 invocations share a row. Reads 4 bytes a voxel, writes
+// 4 a solid one and 3/8 for bits and carries.
+
+layout(local_size_x = 256) in;
+layout(constant_id = 0) const uint FORMAT = FM_GPU_PACKED;
+layout(constant_id = 1) const bool LISTED = false;  // by bundles; tiles along y whose input changes are listed
+layout(constant_id = 2) const uint ROW_WORDS = 32;
+layout(constant_id = 3) const bool TRACKED = false;  // list the tiles
+
+const uint ROWS = 8;
+const uint LANES = 32;
+const uint FILLED = (ROW_WORDS + 31) / 32;
+
+layout(push_constant) uniform push_block {
+    fm_rows_push push;
+};
+
+layout(buffer_reference, std430, buffer_reference_align = 8) buffer ref_bundle {
+    fm_gpu_bundle v;
+};
+
+shared uint words[ROWS][ROW_WORDS];
+// Which words hold a site, and which were changed.
+shared uint filled[ROWS][FILLED];
+shared uint touched[ROWS][FILLED];
+
+// The field's entry of a solid voxel, but for the colour in a plane of its own. Those of air follow by the passes behind this one.
+void set_entry(uint64_t element, uint voxel) {
+    if (FORMAT == FM_GPU_SPLIT_U8) {
+        ref_u8(push.field + element).v = uint8_t(0);
+    } else if (FORMAT == FM_GPU_SPLIT_U16) {
+        ref_u16(push.field + element * 2).v = uint16_t(0);
+    } else {
+        ref_u32(push.field + element * 4).v = FORMAT == FM_GPU_PACKED ? voxel & 0xffu : 0;
+    }
+}
+
+// What the bundle's brushes make of a voxel.
+uint edited(uint voxel, ivec3 at, fm_gpu_bundle bundle) {
+    for (uint i = 0; i < bundle.brush_count; i++) {
+        uint brush = ref_u32(push.order + (bundle.first_brush + i) * 4).v;
+        ref_brush from = ref_brush(push.brushes + uint64_t(brush) * 64);
+        if (brush_covers(from, at)) {
+            voxel = from.v.voxel;
+        }
+    }
+    return voxel;
+}
+
+// Four voxels from x on; which of them are solid.
+uint do_quad(uint64_t row, ivec3 at, fm_gpu_bundle bundle) {
+    uint64_t element = row * push.x + at.x;
+    fm_address from = push.voxels + element * 4;
+    uint count = min(4u, push.x - at.x);
+    bool aligned = (push.x & 3u) == 0;
+    uvec4 v = uvec4(0);
+    if (aligned) {
+        v = ref_u32x4(from).v;
+    } else {
+        for (uint i = 0; i < count; i++) {
+            v[i] = ref_u32(from + 4 * i).v;
+        }
+    }
+    if (LISTED && bundle.brush_count > 0) {
+        uvec4 before = v;
+        [[unroll]] for (uint i = 0; i < 4; i++) {
+            if (i < count) {
+                v[i] = edited(v[i], at + ivec3(i, 0, 0), bundle);
+                if (v[i] != before[i]) {
+                    ref_u32(from + 4 * i).v = v[i];
+                }
+            }
+        }
+    }
+    bvec4 solid = notEqual(v, uvec4(0));
+    if (FORMAT != FM_GPU_PACKED && aligned) {
+        ref_u32(push.colors + element).v = (v.x & 0xffu) | (v.y & 0xffu) << 8 | (v.z & 0xffu) << 16 | v.w << 24;
+    }
+    if (FORMAT == FM_GPU_PACKED && aligned && all(solid)) {
+        ref_u32x4(push.field + element * 4).v = v & 0xffu;
+        return 15u;
+    }
+    for (uint i = 0; i < count; i++) {
+        if (FORMAT != FM_GPU_PACKED && !aligned) {
+            ref_u8(push.colors + element + i).v = uint8_t(v[i]);
+        }
+        if (solid[i]) {
+            set_entry(element + i, v[i]);
+        }
+    }
+    return (solid.x ? 1u : 0u) | (solid.y ? 2u : 0u) | (solid.z ? 4u : 0u) | (solid.w ? 8u : 0u);
+}
+
+// Steps to the nearest sites in the words before and behind word w of row r.
+uvec2 carries_of(uint r, uint w) {
+    uvec2 carries = uvec2(FM_GPU_NONE);
+    uint above = w & 31u;
+    for (int i = int(w >> 5); i >= 0; i--) {
+        uint m = filled[r][i] & (i == int(w >> 5) ? (1u << above) - 1u : 0xffffffffu);
+        if (m != 0) {
+            uint other = uint(i) * 32 + uint(findMSB(m));
+            carries.x = w * 32 - (other * 32 + uint(findMSB(words[r][other])));
+            break;
+        }
+    }
+    for (uint i = w >> 5; i < FILLED; i++) {
+        uint m = filled[r][i] & (i == w >> 5 ? ~((2u << above) - 1u) : 0xffffffffu);
+        if (m != 0) {
+            uint other = i * 32 + uint(findLSB(m));
+            carries.y = other * 32 + uint(findLSB(words[r][other])) - (w * 32 + 31);
+            break;
+        }
+    }
+    return carries;
+}
+
+void list_tiles(uint z, uint w) {
+    uint tiles = (push.x + push.tile_width - 1) / push.tile_width;
+    uint last = min(w * 32 + 31, push.x - 1) / push.tile_width;
+    for (uint tile_x = w * 32 / push.tile_width; tile_x <= last; tile_x++) {
+        uint tile = z * tiles + tile_x;
+        fm_address flag = push.flags + uint64_t(tile) * 4;
+        if (ref_u32(flag).v == 0 && atomicExchange(ref_u32(flag).v, 1u) == 0) {
+            list_append(push.lists + push.parity * FM_LIST_HEADER_BYTES, push.entries, tile);
+        }
+    }
+}
+
+void main() {
+    uint t = gl_LocalInvocationIndex;
+    uint r = t / LANES;
+    uint lane = t % LANES;
+    uint64_t group = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
+    uint y_bundles = (push.y + ROWS - 1) / ROWS;
+    fm_gpu_bundle bundle;
+    if (group >= push.groups) {
+        return;
+    }
+    if (LISTED) {
+        bundle = ref_bundle(push.bundles + group * 24).v;
+    } else {
+        bundle.y = uint(group % y_bundles) * ROWS;
+        bundle.z = uint(group / y_bundles);
+        bundle.x_begin = 0;
+        bundle.x_end = push.x;
+        bundle.first_brush = 0;
+        bundle.brush_count = 0;
+    }
+    if (TRACKED && group == 0 && t == 0) {
+        list_clear(push.lists + (push.parity ^ 1u) * FM_LIST_HEADER_BYTES);
+        list_clear(push.lists + FM_LIST_Z * FM_LIST_HEADER_BYTES);
+    }
+    uint y = bundle.y + r;
+    bool inside = y < push.y;
+    uint64_t row = uint64_t(bundle.z) * push.y + min(y, push.y - 1);
+    fm_address bits = push.bits + row * push.row_words * 4;
+    uint first_word = bundle.x_begin / 32;
+    uint end_word = (bundle.x_end + 31) / 32;
+
+    for (uint w = lane; w < push.row_words; w += LANES) {
+        bool looked_at = w >= first_word && w < end_word;
+        words[r][w] = looked_at ? 0 : ref_u32(bits + w * 4).v;
+    }
+    for (uint i = lane; i < FILLED; i += LANES) {
+        filled[r][i] = 0;
+        touched[r][i] = 0;
+    }
+    barrier();
+    if (inside) {
+        for (uint x = first_word * 32 + lane * 4; x < min(end_word * 32, push.x); x += LANES * 4) {
+            uint solid = do_quad(row, ivec3(x, y, bundle.z), bundle);
+            if (solid != 0) {
+                atomicOr(words[r][x / 32], solid << (x & 31u));
+            }
+        }
+    }
+    barrier();
+    for (uint w = lane; w < push.row_words; w += LANES) {
+        uint word = words[r][w];
+        if (word != 0) {
+            atomicOr(filled[r][w / 32], 1u << (w & 31u));
+        }
+        if (inside && w >= first_word && w < end_word) {
+            bool differs = !TRACKED || ref_u32(bits + w * 4).v != word;
+            if (differs) {
+                ref_u32(bits + w * 4).v = word;
+                atomicOr(touched[r][w / 32], 1u << (w & 31u));
+            }
+        }
+    }
+    barrier();
+    if (!inside) {
+        return;
+    }
+    for (uint w = lane; w < push.row_words; w += LANES) {
+        uvec2 carries = carries_of(r, w);
+        uint64_t at = row * push.row_words + w;
+        bool changed = false;
+        if (TRACKED) {
+            uvec2 before = load_carries(push.carries, at, false);
+            changed = (touched[r][w / 32] >> (w & 31u) & 1u) != 0 ||
+                      min(before, uvec2(push.reach)) != min(carries, uvec2(push.reach));
+        }
+        store_carries(push.carries, at, carries, false);
+        if (changed) {
+            list_tiles(bundle.z, w);
+        }
+    }
+}
