@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_CHUNKS_H
+#define FM_CHUNKS_H
+
+// What both backends of the chunked methods share.
+
+#include "world/world.h"
+
+enum {
+    FM_CHUNK_UNKNOWN = UINT16_MAX,  // distance where no site is known; the longest way within a world is 3 * 16383
+    FM_MAX_STEPS = 24,              // of jump flooding
+    FM_SITE_BITS = 10,              // of a coordinate in a packed site: x, y, z from the lowest
+};
+
+static const uint32_t fm_site_none = UINT32_MAX;
+
+// The steps of a jump flooding algorithm (JFA_FIM and PUBLISHED_FINAL: those of JFA_PUBLISHED): from the largest power of two below
+// the domain's longest edge, or 1, down to 1; steps of 1 before or of 2 and 1 behind them where the variant has them.
+uint32_t fm_chunk_steps(fm_world_algorithm algorithm, const uint32_t size[3], uint32_t steps[FM_MAX_STEPS]);
+bool fm_chunk_propagates_sites(fm_world_algorithm algorithm);
+bool fm_chunk_relaxes(fm_world_algorithm algorithm);
+
+// The newest plan was carried out: the chunks are on the sides of the focus that it gave them.
+void fm_chunks_done(fm_world *world);
+
+#endif
