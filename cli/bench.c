@@ -323,9 +323,13 @@ static bool read_plan(const bench_args *a, bench_plan *p) {
 }
 
 int command_bench(int argc, char **argv) {
+    if (argc > 1 && strcmp(argv[1], "world") == 0) {
+        return command_bench_world(argc - 1, argv + 1);
+    }
     static const cli_help help = {
         "bench",
-        "Measures exact transforms: GPU time of each pass, wall time, throughput, memory, and the ratio to "
+        "Measures exact transforms (for editable worlds see fathom bench world --help): GPU time of each pass, wall time, "
+        "throughput, memory, and the ratio to "
         "the time that a copy of as many bytes takes. A sample of each result is checked; a wrong one fails.",
         "fathom bench transform --sizes 128,256,512 --csv results.csv\n"
         "fathom bench transform --sizes 512 --scenes terrain --engines fathom-vulkan,fathom-cpu,copy\n"

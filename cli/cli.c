@@ -303,6 +303,30 @@ bool cli_shape_word(const char *option, const char *word, fm_shape *shape) {
     return cli_shape(option, text, shape);
 }
 
+bool cli_chunk(const char *option, const char *text, uint32_t *chunk) {
+    if (!cli_uint32(option, text, 0, chunk)) {
+        return false;
+    }
+    if (*chunk != 0 && (*chunk < 8 || *chunk > 256 || (*chunk & (*chunk - 1)))) {
+        cli_usage("%s is %s: 8, 16, 32, 64, 128 or 256 is wanted, or 0 for the whole world", option, text);
+        return false;
+    }
+    return true;
+}
+
+const fm_scene *cli_scene(const char *option, const char *name) {
+    const fm_scene *scene = fm_scene_find(name);
+    char list[256] = "";
+    for (uint32_t i = 0; !scene && fm_scene_at(i); i++) {
+        const size_t used = strlen(list);
+        snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", fm_scene_name(fm_scene_at(i)));
+    }
+    if (!scene) {
+        cli_usage("%s is \"%s\": one of %s is wanted", option, name, list);
+    }
+    return scene;
+}
+
 const char *cli_bytes(uint64_t bytes, char text[32]) {
     static const char *const units[] = {"bytes", "KiB", "MiB", "GiB", "TiB", "PiB", "EiB"};
     double value = (double)bytes;

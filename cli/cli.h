@@ -6,6 +6,7 @@
 
 #include "fathom/fathom.h"
 #include "fathom/io.h"
+#include "scenes.h"
 
 #include <argtable2.h>
 
@@ -21,7 +22,7 @@ int cli_library_failed(void);
 
 // The arguments of one subcommand: options are added one by one, parsed together and freed together.
 typedef struct cli_args {
-    void *entries[48];
+    void *entries[64];
     int count;
 } cli_args;
 
@@ -57,6 +58,11 @@ bool cli_each(const char *option, const char *list, int most, bool (*take)(const
               void *user);
 // A word of such a list: "N" or "XxYxZ".
 bool cli_shape_word(const char *option, const char *word, fm_shape *shape);
+
+// The edge of chunks: 0, 8, 16, ..., 256.
+bool cli_chunk(const char *option, const char *text, uint32_t *chunk);
+// The scene of that name; NULL on bad usage.
+const fm_scene *cli_scene(const char *option, const char *name);
 
 // "12.3 GiB".
 const char *cli_bytes(uint64_t bytes, char text[32]);

@@ -7,21 +7,11 @@
 #include "scenes.h"
 
 #include <stdio.h>
-#include <string.h>
 
 static void list_scenes(void) {
     for (uint32_t i = 0; fm_scene_at(i); i++) {
         printf("%-8s  %s\n", fm_scene_name(fm_scene_at(i)), fm_scene_summary(fm_scene_at(i)));
     }
-}
-
-static int unknown_scene(const char *name) {
-    char list[256] = "";
-    for (uint32_t i = 0; fm_scene_at(i); i++) {
-        size_t used = strlen(list);
-        snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", fm_scene_name(fm_scene_at(i)));
-    }
-    return cli_usage("no scene \"%s\": one of %s is wanted", name, list);
 }
 
 static int write_scene(const fm_scene *scene, const fm_scene_desc *desc, const char *path, const fm_write_desc *write, bool quiet) {
@@ -83,9 +73,8 @@ int command_scene(int argc, char **argv) {
         cli_usage("scene: NAME, OUT and --size are needed: see fathom scene --help");
         goto done;
     }
-    const fm_scene *scene = fm_scene_find(name->sval[0]);
+    const fm_scene *scene = cli_scene("NAME", name->sval[0]);
     if (!scene) {
-        unknown_scene(name->sval[0]);
         goto done;
     }
     if (!cli_shape("--size", size->sval[0], &desc.shape) || (seed->count && !cli_int64("--seed", seed->sval[0], &seed_value)) ||
