@@ -10,6 +10,7 @@ int command_scene(int argc, char **argv);
 int command_slice(int argc, char **argv);
 int command_transform(int argc, char **argv);
 int command_convert(int argc, char **argv);
+int command_world(int argc, char **argv);
 int command_bench(int argc, char **argv);
 int command_bench_world(int argc, char **argv);  // bench hands over to it
 

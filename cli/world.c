@@ -1,0 +1,570 @@
+// SPDX-License-Identifier: MIT
+// fathom world: a world is made, edited, measured, asked and saved.
+
+#include "world.h"
+#include "cli.h"
+#include "commands.h"
+#include "files.h"
+#include "report.h"
+#include "words.h"
+#include "world_script.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_EDITS = 256, MAX_PLACES = 4096, MAX_PASSES = 1024, MAX_MEMORY = 32 };
+
+typedef struct world_request {
+    const char *in;  // NULL: `scene`, or air
+    const fm_scene *scene;
+    fm_scene_desc scene_desc;
+    fm_read_desc read;
+    bench_session_desc session;
+    fm_world_desc desc;
+    bool focus_given;
+    world_script script;
+    const char *voxels, *field, *slice;
+    fm_type voxel_type, field_type;
+    fm_write_desc write;
+    float (*places)[3];
+    uint32_t place_count;
+    bool check, quiet, json;
+} world_request;
+
+// What was made, for the report.
+typedef struct world_outcome {
+    fm_device_info device;
+    fm_backend backend;
+    fm_world_stats stats;
+    fm_pass passes[MAX_PASSES];
+    uint32_t pass_count;
+    fm_memory memory[MAX_MEMORY];
+    uint32_t memory_count;
+    uint32_t updates, edits;
+    double wall_ms;  // of the updates
+    bench_world_errors whole, domain;
+    fm_world_sample *samples;
+    fm_slice_info slice;
+} world_outcome;
+
+static int update(fm_world *world, world_outcome *outcome) {
+    const double start = fm_now_ms();
+    if (fm_world_update(world, NULL) != FM_OK) {
+        return cli_library_failed();
+    }
+    outcome->wall_ms += fm_now_ms() - start;
+    outcome->updates++;
+    return CLI_DONE;
+}
+
+static int play(const world_request *request, fm_world *world, world_outcome *outcome) {
+    int status = CLI_DONE;
+    for (uint32_t i = 0; status == CLI_DONE && i < request->script.count; i++) {
+        const world_step *step = &request->script.steps[i];
+        if (step->update) {
+            status = update(world, outcome);
+        } else {
+            status = fm_world_edit(world, &step->brush, 1) == FM_OK ? CLI_DONE : cli_library_failed();
+            outcome->edits++;
+        }
+    }
+    const bool ended = request->script.count > 0 && request->script.steps[request->script.count - 1].update;
+    return status != CLI_DONE || ended ? status : update(world, outcome);
+}
+
+static int look(const world_request *request, bench_session *session, fm_context *context, fm_world *world,
+                world_outcome *outcome) {
+    outcome->pass_count = MAX_PASSES;
+    outcome->memory_count = MAX_MEMORY;
+    if (fm_world_stats_get(world, &outcome->stats) != FM_OK ||
+        fm_context_passes(context, &outcome->pass_count, outcome->passes) != FM_OK ||
+        fm_context_memory(context, &outcome->memory_count, outcome->memory) != FM_OK ||
+        (request->place_count &&
+         fm_world_query(world, (const float(*)[3])request->places, request->place_count, outcome->samples) != FM_OK)) {
+        return cli_library_failed();
+    }
+    if (request->check) {
+        const char *failure = bench_world_check(session, world, UINT64_MAX, &outcome->whole, &outcome->domain);
+        return failure ? cli_fail("%s", failure) : CLI_DONE;
+    }
+    return CLI_DONE;
+}
+
+static fm_result make_field(const world_request *request, fm_world *world, fm_volume **volume) {
+    const fm_volume_desc desc = {.shape = request->desc.shape, .type = request->field_type};
+    fm_result result = fm_volume_create(NULL, &desc, volume);
+    if (result == FM_OK) {
+        const fm_array array = {fm_volume_data(*volume), desc.type, desc.shape};
+        result = fm_world_read_field(world, &array, NULL);
+    }
+    return result;
+}
+
+static int write_pending(const world_request *request, fm_world *world, fm_file_batch *batch, fm_slice_info *shown) {
+    fm_volume *field = NULL, *voxels = NULL;
+    fm_write_desc write = request->write;
+    write.batch = batch;
+    int status = CLI_DONE;
+    if ((request->field || request->slice) && make_field(request, world, &field) != FM_OK) {
+        status = cli_library_failed();
+    }
+    if (status == CLI_DONE && request->slice) {
+        const fm_slice_desc slice = {.map = FM_COLOR_SEQUENTIAL, .batch = batch};
+        const bool good = fm_slice_png(field, 2, request->desc.shape.z / 2, &slice, request->slice, shown) == FM_OK;
+        status = good ? CLI_DONE : cli_library_failed();
+    }
+    if (status == CLI_DONE && request->field) {
+        status = files_write(request->field, field, &write, request->quiet);
+    }
+    fm_volume_destroy(field);
+    if (status == CLI_DONE && request->voxels) {
+        const fm_volume_desc desc = {.shape = request->desc.shape, .type = request->voxel_type};
+        const bool good = fm_volume_create(NULL, &desc, &voxels) == FM_OK && fm_world_save(world, voxels) == FM_OK;
+        status = good ? files_write(request->voxels, voxels, &write, request->quiet) : cli_library_failed();
+        fm_volume_destroy(voxels);
+    }
+    return status;
+}
+
+// All files or none.
+static int write_all(const world_request *request, fm_world *world, fm_slice_info *shown) {
+    fm_file_batch *batch;
+    if (fm_file_batch_create(NULL, &batch) != FM_OK) {
+        return cli_library_failed();
+    }
+    int status = write_pending(request, world, batch, shown);
+    if (status == CLI_DONE && fm_file_batch_commit(batch) != FM_OK) {
+        status = cli_library_failed();
+    }
+    fm_file_batch_destroy(batch);
+    return status;
+}
+
+static int work(const world_request *request, bench_session *session, const fm_volume *start, world_outcome *outcome) {
+    fm_context *context = bench_session_context(session, FM_BACKEND_AUTO);
+    fm_world *world = NULL;
+    if (!context || fm_world_create(context, &request->desc, &world) != FM_OK) {
+        return cli_library_failed();
+    }
+    fm_context_device(context, &outcome->device);
+    outcome->backend = fm_context_backend(context);
+    int status = start && fm_world_load(world, start) != FM_OK ? cli_library_failed() : CLI_DONE;
+    status = status == CLI_DONE ? play(request, world, outcome) : status;
+    status = status == CLI_DONE ? look(request, session, context, world, outcome) : status;
+    status = status == CLI_DONE ? write_all(request, world, &outcome->slice) : status;
+    fm_world_destroy(world);
+    return status;
+}
+
+static void print_errors(FILE *stream, const char *against, const bench_world_errors *errors) {
+    if (errors->compared) {
+        fprintf(stream,
+                "against the exact field of %s: %" PRIu64 " voxels, %" PRIu64 " too far (by at most %g), %" PRIu64
+                " too near (by at most %g)\n",
+                against, errors->compared, errors->above, errors->most_above, errors->below, errors->most_below);
+    }
+}
+
+static void print_places(FILE *stream, const world_request *request, const world_outcome *outcome) {
+    for (uint32_t i = 0; i < request->place_count; i++) {
+        const float *place = request->places[i];
+        const fm_world_sample *sample = &outcome->samples[i];
+        fprintf(stream, "at %g,%g,%g: distance %g, gradient %g,%g,%g\n", (double)place[0], (double)place[1], (double)place[2],
+                (double)sample->distance, (double)sample->gradient[0], (double)sample->gradient[1], (double)sample->gradient[2]);
+    }
+}
+
+static void print_method(FILE *stream, const world_request *request) {
+    const fm_world_method *method = &request->desc.method;
+    fprintf(stream, "field: %s, %s", fm_field_format_words[request->desc.format], fm_world_algorithm_words[method->algorithm]);
+    if (method->algorithm == FM_WORLD_SELECTIVE) {
+        fprintf(stream, " (%s near the focus, %s elsewhere)", fm_world_algorithm_words[method->near],
+                fm_world_algorithm_words[method->far]);
+    }
+    if (method->chunk) {
+        fprintf(stream, ", chunks of %u, %s", method->chunk, fm_world_border_words[method->border]);
+    }
+    fprintf(stream, "\n");
+}
+
+static void report_text(FILE *stream, const world_request *request, const world_outcome *outcome) {
+    const fm_shape shape = request->desc.shape;
+    const fm_world_stats *stats = &outcome->stats;
+    char text[32];
+    fprintf(stream, "%s: %u x %u x %u\n",
+            request->in      ? request->in
+            : request->scene ? fm_scene_name(request->scene)
+                             : "air",
+            shape.x, shape.y, shape.z);
+    fprintf(stream, "backend: %s, %s (%s)\n", fm_backend_words[outcome->backend], outcome->device.name, outcome->device.driver);
+    print_method(stream, request);
+    fprintf(stream, "%u edits in %u updates, %.3f ms of wall time in all; the newest update:\n\n", outcome->edits, outcome->updates,
+            outcome->wall_ms);
+    report_passes(stream, outcome->passes, outcome->pass_count);
+    fprintf(stream,
+            "\nrows %" PRIu64 ", tiles along y %" PRIu64 ", along z %" PRIu64 ", chunks %" PRIu64 ", iterations %" PRIu64 "%s\n",
+            stats->rows, stats->tiles_y, stats->tiles_z, stats->chunks, stats->iterations,
+            stats->full ? "; everything was regenerated" : "");
+    for (uint32_t i = 0; i < outcome->memory_count; i++) {
+        const fm_memory *memory = &outcome->memory[i];
+        if (memory->bytes) {
+            fprintf(stream, "%s memory for %s: %s\n", memory->device ? "device" : "host", memory->purpose,
+                    cli_bytes(memory->bytes, text));
+        }
+    }
+    print_errors(stream, "the world", &outcome->whole);
+    print_errors(stream, "what each chunk sees", &outcome->domain);
+    print_places(stream, request, outcome);
+    const char *const outputs[] = {request->voxels, request->field, request->slice};
+    static const char *const what[] = {"voxels", "distances", "middle slice of the distances"};
+    for (int i = 0; i < 3; i++) {
+        if (outputs[i]) {
+            fprintf(stream, "%s: %s\n", files_is_pipe(outputs[i]) ? "standard output" : outputs[i], what[i]);
+        }
+    }
+}
+
+static void add_errors(cJSON *root, const char *name, const bench_world_errors *errors) {
+    if (errors->compared) {
+        cJSON *object = cJSON_AddObjectToObject(root, name);
+        cJSON_AddNumberToObject(object, "compared", (double)errors->compared);
+        cJSON_AddNumberToObject(object, "above", (double)errors->above);
+        cJSON_AddNumberToObject(object, "below", (double)errors->below);
+        cJSON_AddNumberToObject(object, "max_above", errors->most_above);
+        cJSON_AddNumberToObject(object, "max_below", errors->most_below);
+    }
+}
+
+static void add_method(cJSON *root, const world_request *request) {
+    const fm_world_method *method = &request->desc.method;
+    cJSON_AddStringToObject(root, "format", fm_field_format_words[request->desc.format]);
+    cJSON_AddStringToObject(root, "algorithm", fm_world_algorithm_words[method->algorithm]);
+    cJSON_AddNumberToObject(root, "chunk", method->chunk);
+    cJSON_AddStringToObject(root, "border", fm_world_border_words[method->border]);
+    cJSON_AddStringToObject(root, "convergence", fm_world_convergence_words[method->convergence]);
+}
+
+static void add_places(cJSON *root, const world_request *request, const world_outcome *outcome) {
+    cJSON *array = cJSON_AddArrayToObject(root, "queries");
+    for (uint32_t i = 0; i < request->place_count; i++) {
+        cJSON *row = cJSON_CreateObject();
+        cJSON_AddItemToObject(row, "at", cJSON_CreateFloatArray(request->places[i], 3));
+        cJSON_AddNumberToObject(row, "distance", (double)outcome->samples[i].distance);
+        cJSON_AddItemToObject(row, "gradient", cJSON_CreateFloatArray(outcome->samples[i].gradient, 3));
+        cJSON_AddItemToArray(array, row);
+    }
+}
+
+static bool print_json(FILE *stream, const world_request *request, const world_outcome *outcome) {
+    const fm_world_stats *stats = &outcome->stats;
+    cJSON *root = cJSON_CreateObject();
+    cJSON_AddItemToObject(root, "shape", report_shape_json(request->desc.shape));
+    add_method(root, request);
+    cJSON_AddStringToObject(root, "backend", fm_backend_words[outcome->backend]);
+    cJSON_AddItemToObject(root, "device", report_device_json(&outcome->device));
+    cJSON_AddNumberToObject(root, "edits", outcome->edits);
+    cJSON_AddNumberToObject(root, "updates", outcome->updates);
+    cJSON_AddNumberToObject(root, "wall_milliseconds", outcome->wall_ms);
+    cJSON_AddItemToObject(root, "passes", report_passes_json(outcome->passes, outcome->pass_count));
+    cJSON_AddNumberToObject(root, "rows", (double)stats->rows);
+    cJSON_AddNumberToObject(root, "tiles_y", (double)stats->tiles_y);
+    cJSON_AddNumberToObject(root, "tiles_z", (double)stats->tiles_z);
+    cJSON_AddNumberToObject(root, "chunks", (double)stats->chunks);
+    cJSON_AddNumberToObject(root, "iterations", (double)stats->iterations);
+    cJSON_AddBoolToObject(root, "full", stats->full);
+    add_errors(root, "errors", &outcome->whole);
+    add_errors(root, "errors_of_chunks", &outcome->domain);
+    add_places(root, request, outcome);
+    return report_json(stream, root);
+}
+
+static int report(const world_request *request, const world_outcome *outcome) {
+    // What is printed must not get between the bytes of a file.
+    const bool piped = (request->voxels && files_is_pipe(request->voxels)) || (request->field && files_is_pipe(request->field));
+    FILE *stream = piped ? stderr : stdout;
+    if (request->json) {
+        return print_json(stream, request, outcome) ? CLI_DONE : cli_fail("out of memory for the report: free some");
+    }
+    if (!request->quiet) {
+        report_text(stream, request, outcome);
+    } else {
+        print_places(stream, request, outcome);
+    }
+    return CLI_DONE;
+}
+
+// What is in the world at first; NULL in `volume`: air. Returns an exit code.
+static int start_volume(world_request *request, fm_volume **volume) {
+    *volume = NULL;
+    if (request->in) {
+        fm_file_info info;
+        int status = files_read(request->in, &request->read, request->quiet, volume, &info);
+        request->desc.shape = info.shape;
+        return status;
+    }
+    if (request->scene) {
+        request->scene_desc.shape = request->desc.shape;
+        *volume = bench_world_scene(request->scene, &request->scene_desc);
+        return *volume ? CLI_DONE : cli_library_failed();
+    }
+    return CLI_DONE;
+}
+
+static int run(world_request *request) {
+    const char *const outputs[] = {request->voxels, request->field, request->slice};
+    for (int i = 0; i < 3; i++) {
+        const int status = !outputs[i] ? CLI_DONE : i == 2 ? files_picture_check(outputs[i]) : files_output_check(outputs[i]);
+        if (status != CLI_DONE) {
+            return status;
+        }
+    }
+    fm_volume *start;
+    static world_outcome outcome;
+    bench_session *session = bench_session_create(&request->session);
+    outcome.samples = calloc(request->place_count + 1, sizeof *outcome.samples);
+    int status = session && outcome.samples ? start_volume(request, &start) : cli_fail("out of memory: free some");
+    if (status == CLI_DONE) {
+        if (!request->focus_given) {
+            const fm_shape shape = request->desc.shape;
+            const int32_t middle[3] = {(int32_t)(shape.x / 2), (int32_t)(shape.y / 2), (int32_t)(shape.z / 2)};
+            memcpy(request->desc.method.focus, middle, sizeof middle);
+        }
+        status = work(request, session, start, &outcome);
+        fm_volume_destroy(start);
+    }
+    status = status == CLI_DONE ? report(request, &outcome) : status;
+    free(outcome.samples);
+    bench_session_destroy(session);
+    return status;
+}
+
+typedef struct world_args {
+    struct arg_str *in, *size, *scene, *scene_seed, *edits, *edit, *algorithm, *chunk, *border, *convergence, *format, *focus,
+        *focus_at, *near, *far, *max_distance, *voxels, *voxel_type, *field, *type, *slice, *at, *backend, *device, *threads;
+    struct arg_lit *check, *compress, *quiet, *json;
+    files_input input;
+} world_args;
+
+static void add_options(cli_args *args, world_args *a) {
+    a->in = cli_add(args, arg_str0(NULL, NULL, "IN", "the voxels: 0 is air; - reads standard input, .npy unless told otherwise"));
+    a->scene = cli_add(args, arg_str0(NULL, "scene", "NAME", "a procedural scene instead; without either: air"));
+    a->size = cli_add(args, arg_str0(NULL, "size", "N|X,Y,Z", "of the scene or air"));
+    a->scene_seed = cli_add(args, arg_str0(NULL, "scene-seed", "S", "another scene of the same kind; default 0"));
+    a->edits = cli_add(args, arg_str0(NULL, "edits", "FILE", "a script of edits; - reads standard input"));
+    a->edit = cli_add(args, arg_strn(NULL, "edit", "EDIT", 0, MAX_EDITS, "one more line of it; may be given often"));
+    a->at = cli_add(args, arg_strn(NULL, "at", "X,Y,Z", 0, MAX_PLACES, "print distance and gradient there; may be given often"));
+    a->voxels = cli_add(args, arg_str0(NULL, "voxels", "FILE", "write the voxels"));
+    a->voxel_type = cli_add(args, arg_str0(NULL, "voxel-type", "u8|u32",
+                                           "colours with a palette, or voxels as they are; default u8 for "
+                                           ".vox, else u32"));
+    a->field = cli_add(args, arg_str0(NULL, "field", "FILE", "write the distances"));
+    a->type = cli_add(args, arg_str0(NULL, "type", "u8|u16|u32|f32", "of the written distances; default what the format has"));
+    a->slice = cli_add(args, arg_str0(NULL, "slice", "FILE.png", "write a picture of the distances' middle slice"));
+    a->compress = cli_add(args, arg_lit0(NULL, "compress", "gzip; a name that ends in .gz asks for it too"));
+    a->algorithm =
+        cli_add(args, arg_str0(NULL, "algorithm", "NAME",
+                               "exact (default), brute-force, fim, jfa-published, jfa, jfa-1+, jfa+2, jfa-fim, selective, "
+                               "published-final"));
+    a->chunk = cli_add(args, arg_str0(NULL, "chunk", "EDGE", "8 to 256, or 0: the whole world; default 0, selective 32"));
+    a->border = cli_add(args, arg_str0(NULL, "border", "padding|halo|exchange", "of chunks; default padding"));
+    a->convergence = cli_add(args, arg_str0(NULL, "convergence", "device|host", "of fim and jfa-fim; default device"));
+    a->format = cli_add(args, arg_str0(NULL, "format", "packed|split-u8|split-u16|squared", "of the field; default packed"));
+    a->focus = cli_add(args, arg_str0(NULL, "focus", "CHUNKS", "selective: edge of the focus; default 3"));
+    a->focus_at = cli_add(args, arg_str0(NULL, "focus-at", "X,Y,Z", "selective: where it is; default the middle"));
+    a->near = cli_add(args, arg_str0(NULL, "near", "NAME", "selective: in the focus; default jfa-fim"));
+    a->far = cli_add(args, arg_str0(NULL, "far", "NAME", "selective: elsewhere; default jfa-published"));
+    a->max_distance = cli_add(args, arg_str0(NULL, "max-distance", "D", "squared: greater distances become this; default none"));
+    a->check = cli_add(args, arg_lit0(NULL, "check", "compare the field with the exact distances"));
+    a->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
+    a->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
+    a->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
+    files_input_add(args, &a->input);
+    a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors and what --at asks for"));
+    a->json = cli_add(args, arg_lit0(NULL, "json", "print the report as JSON"));
+}
+
+static const char *given(const struct arg_str *option, const char *otherwise) {
+    return option->count ? option->sval[0] : otherwise;
+}
+
+static bool read_start(const world_args *a, world_request *r) {
+    int64_t seed = 0;
+    r->in = given(a->in, NULL);
+    if (r->in && (a->scene->count || a->size->count)) {
+        cli_usage("world: IN is given with --scene or --size: the file has its own voxels and size");
+        return false;
+    }
+    if (!r->in && !a->size->count) {
+        cli_usage("world: IN or --size is needed: see fathom world --help");
+        return false;
+    }
+    if (a->scene->count) {
+        r->scene = cli_scene("--scene", a->scene->sval[0]);
+        if (!r->scene) {
+            return false;
+        }
+    }
+    if (!cli_int64("--scene-seed", given(a->scene_seed, "0"), &seed)) {
+        return false;
+    }
+    r->scene_desc.seed = (uint64_t)seed;
+    return files_input_desc(&a->input, &r->read) && (!a->size->count || cli_shape("--size", a->size->sval[0], &r->desc.shape));
+}
+
+static bool read_focus(const world_args *a, fm_world_method *method) {
+    double place[3] = {0};
+    if (a->focus_at->count && !cli_triple("--focus-at", a->focus_at->sval[0], place)) {
+        return false;
+    }
+    for (int i = 0; i < 3; i++) {
+        if (fabs(place[i]) > 1 << 30 || place[i] != floor(place[i])) {
+            cli_usage("--focus-at is \"%s\": whole numbers from -%d to %d are wanted", a->focus_at->sval[0], 1 << 30, 1 << 30);
+            return false;
+        }
+        method->focus[i] = (int32_t)place[i];
+    }
+    return cli_uint32("--focus", given(a->focus, "3"), 1, &method->focus_chunks);
+}
+
+static bool read_method(const world_args *a, world_request *r) {
+    int algorithm = 0, border = 0, convergence = 0, format = 0, near = 0, far = 0;
+    fm_world_method *method = &r->desc.method;
+    if (!cli_word("--algorithm", given(a->algorithm, "exact"), fm_world_algorithm_words, &algorithm) ||
+        !cli_word("--border", given(a->border, "padding"), fm_world_border_words, &border) ||
+        !cli_word("--convergence", given(a->convergence, "device"), fm_world_convergence_words, &convergence) ||
+        !cli_word("--format", given(a->format, "packed"), fm_field_format_words, &format) ||
+        !cli_word("--near", given(a->near, "exact"), fm_world_algorithm_words, &near) ||
+        !cli_word("--far", given(a->far, "exact"), fm_world_algorithm_words, &far) ||
+        !cli_chunk("--chunk", given(a->chunk, algorithm == FM_WORLD_SELECTIVE ? "32" : "0"), &method->chunk) ||
+        !cli_uint32("--max-distance", given(a->max_distance, "0"), 0, &r->desc.max_distance) || !read_focus(a, method)) {
+        return false;
+    }
+    r->desc.format = (fm_field_format)format;
+    r->focus_given = a->focus_at->count > 0;
+    method->algorithm = (fm_world_algorithm)algorithm;
+    method->border = (fm_world_border)border;
+    method->convergence = (fm_world_convergence)convergence;
+    method->near = (fm_world_algorithm)near;
+    method->far = (fm_world_algorithm)far;
+    if (method->algorithm == FM_WORLD_EXACT && method->chunk) {
+        cli_usage("--chunk is given with --algorithm exact, which has none: leave it out, or name another algorithm");
+        return false;
+    }
+    *method = bench_world_method(method);
+    return true;
+}
+
+static bool read_types(const world_args *a, world_request *r) {
+    static const fm_type of_format[] = {FM_TYPE_U8, FM_TYPE_U8, FM_TYPE_U16, FM_TYPE_U32};
+    r->field_type = of_format[r->desc.format];
+    if (a->type->count && !cli_type("--type", a->type->sval[0], &r->field_type)) {
+        return false;
+    }
+    if (r->field_type != FM_TYPE_U8 && r->field_type != FM_TYPE_U16 && r->field_type != FM_TYPE_U32 &&
+        r->field_type != FM_TYPE_F32) {
+        cli_usage("--type is \"%s\": u8, u16, u32 or f32 is wanted", a->type->sval[0]);
+        return false;
+    }
+    const size_t length = r->voxels ? strlen(r->voxels) : 0;
+    r->voxel_type = length > 4 && strcmp(r->voxels + length - 4, ".vox") == 0 ? FM_TYPE_U8 : FM_TYPE_U32;
+    if (a->voxel_type->count && !cli_type("--voxel-type", a->voxel_type->sval[0], &r->voxel_type)) {
+        return false;
+    }
+    if (r->voxel_type != FM_TYPE_U8 && r->voxel_type != FM_TYPE_U32) {
+        cli_usage("--voxel-type is \"%s\": u8 or u32 is wanted", a->voxel_type->sval[0]);
+        return false;
+    }
+    return true;
+}
+
+static bool read_outputs(const world_args *a, world_request *r) {
+    r->voxels = given(a->voxels, NULL);
+    r->field = given(a->field, NULL);
+    r->slice = given(a->slice, NULL);
+    r->write.compress = a->compress->count > 0;
+    r->check = a->check->count > 0;
+    r->quiet = a->quiet->count > 0;
+    r->json = a->json->count > 0;
+    const char *wrong = NULL;
+    if (files_same(r->voxels, r->field) || files_same(r->voxels, r->slice) || files_same(r->field, r->slice)) {
+        wrong = "two outputs are the same file: give each its own name";
+    } else if (r->slice && files_is_pipe(r->slice)) {
+        wrong = "--slice is -: a picture needs a file name";
+    } else if (a->device->count && r->session.backend == FM_BACKEND_CPU) {
+        wrong = "--device is given with --backend cpu: it names a Vulkan device";
+    } else if (r->in && a->edits->count && files_is_pipe(r->in) && files_is_pipe(a->edits->sval[0])) {
+        wrong = "IN and --edits are both -: standard input can be read once";
+    }
+    if (wrong) {
+        cli_usage("%s", wrong);
+    }
+    return !wrong && read_types(a, r);
+}
+
+static bool read_backend(const world_args *a, world_request *r) {
+    int backend = 0;
+    if (!cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend)) {
+        return false;
+    }
+    r->session.backend = (fm_backend)backend;
+    r->session.device = given(a->device, NULL);
+    return !a->threads->count || cli_uint32("--threads", a->threads->sval[0], 1, &r->session.threads);
+}
+
+static bool read_places(const world_args *a, world_request *r) {
+    r->places = calloc((size_t)a->at->count + 1, sizeof *r->places);
+    if (!r->places) {
+        cli_fail("out of memory: free some");
+        return false;
+    }
+    for (; r->place_count < (uint32_t)a->at->count; r->place_count++) {
+        double place[3];
+        if (!cli_triple("--at", a->at->sval[r->place_count], place)) {
+            return false;
+        }
+        for (int i = 0; i < 3; i++) {
+            r->places[r->place_count][i] = (float)place[i];
+        }
+    }
+    return true;
+}
+
+static int read_script(const world_args *a, world_request *r) {
+    int status = a->edits->count ? world_script_file(&r->script, a->edits->sval[0]) : CLI_DONE;
+    for (int i = 0; status == CLI_DONE && i < a->edit->count; i++) {
+        status = world_script_line(&r->script, "--edit", a->edit->sval[i]);
+    }
+    return status;
+}
+
+int command_world(int argc, char **argv) {
+    static const cli_help help = {
+        "world",
+        "Makes an editable world, edits it by a script while its distance field is kept up to date, and tells what that cost.\n"
+        "Distances are Manhattan ones; squared Euclidean ones with --format squared.\n\n" WORLD_SCRIPT_HELP,
+        "fathom world --scene terrain --size 128 --edit 'delete sphere 64,64,70 20' --at 64,64,70 --voxels dug.vox --field "
+        "dug.npy\n"
+        "fathom world city.vox --edits changes.txt --format squared --type f32 --field field.nrrd\n"
+        "fathom world --scene terrain --size 64 --algorithm jfa-published --chunk 16 --border halo --check\n"
+        "printf 'place box 0,0,0 9,9,0\\nupdate\\ndelete voxel 4,4,0\\n' | fathom world --size 10 --edits - --json\n"};
+    cli_args args = {0};
+    world_args options;
+    add_options(&args, &options);
+    int status;
+    if (cli_parse(&args, &help, argc, argv, &status)) {
+        world_request request = {0};
+        status = CLI_USAGE;
+        if (read_start(&options, &request) && read_method(&options, &request) && read_backend(&options, &request) &&
+            read_outputs(&options, &request) && read_places(&options, &request)) {
+            status = read_script(&options, &request);
+        }
+        status = status == CLI_DONE ? run(&request) : status;
+        world_script_free(&request.script);
+        free(request.places);
+    }
+    cli_free(&args);
+    return status;
+}
