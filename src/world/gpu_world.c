@@ -196,6 +196,7 @@ void fm_gpu_world_destroy(fm_world *world) {
     // A lost device has nothing in flight.
     (void)fm_gpu_wait(own->gpu, fm_gpu_newest(own->gpu));
     fm_gpu_chunks_destroy(world);
+    fm_gpu_samples_destroy(own->samples);
     fm_buffer *const buffers[] = {own->voxels, own->bits, own->carries, own->field, own->colors, own->middle, own->lists};
     for (size_t i = 0; i < sizeof buffers / sizeof buffers[0]; i++) {
         fm_buffer_destroy(buffers[i]);

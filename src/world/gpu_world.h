@@ -43,6 +43,7 @@ struct fm_gpu_world {
     uint32_t parity;  // which header of the tiles along y the next update uses
 
     struct fm_gpu_chunks *chunks;  // gpu_chunks.c; NULL until it is needed
+    struct fm_gpu_samples *samples;  // gpu_samples.c; NULL until it is needed
 };
 
 // Memory of the current flight that the host writes and kernels read; the flight's ticket has been waited for.
@@ -54,5 +55,9 @@ fm_result fm_gpu_chunks_update(fm_world *world, const fm_world_job *job, fm_slot
 // What the newest update did, which is complete: chunks, iterations, host_wait_ms.
 void fm_gpu_chunks_stats(fm_world *world, fm_world_stats *stats);
 void fm_gpu_chunks_destroy(fm_world *world);
+
+// gpu_samples.c: fm_world_query; waits. Its buffers stay with the world.
+fm_result fm_gpu_samples_query(fm_world *world, const float (*positions)[3], uint32_t count, fm_world_sample *samples);
+void fm_gpu_samples_destroy(struct fm_gpu_samples *own);
 
 #endif

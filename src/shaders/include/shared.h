@@ -158,6 +158,15 @@ FM_PUSH_STRUCT(fm_world_push) {
     fm_uint cap;    // distances saturate here; L2: squared
 };
 
+// Distances and gradients of a world at positions.
+FM_PUSH_STRUCT(fm_sample_push) {
+    fm_address field;
+    fm_address positions;  // three floats each
+    fm_address samples;    // four
+    fm_uint count;
+    fm_uint x, y, z;
+};
+
 // Buffers are whole numbers of pieces of 16 bytes.
 FM_PUSH_STRUCT(fm_copy_push) {
     fm_address source;
