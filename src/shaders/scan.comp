@@ -276,6 +276,12 @@ void scan_tile(uint slice, uint tile_x) {
         uint n = min(n0 + i, rows - 1);
         fetched[i] = fetch(at + n * step, carry_at + n * carry_step);
     }
+#ifdef WORLD
+    stored_t stored[ROWS];
+    [[unroll]] for (uint i = 0; i < ROWS; i++) {
+        stored[i] = fetch_stored(slice, min(n0 + i, rows - 1), load_x);
+    }
+#endif
     quad_t q[ROWS];
     [[unroll]] for (uint i = 0; i < ROWS; i++) {
         q[i] = quad_of_fetched(fetched[i], load_x & 31u);
@@ -326,7 +332,11 @@ void scan_tile(uint slice, uint tile_x) {
         if (inside && n0 + i < rows) {
             quad_t out_quad = nearer(q[i], before, steps_of(i + 1));
             out_quad = nearer(out_quad, behind, steps_of(ROWS - i));
+#ifdef WORLD
+            store_quad(slice, n0 + i, x, out_quad, stored[i]);
+#else
             store_quad(slice, n0 + i, x, out_quad);
+#endif
         }
     }
 }

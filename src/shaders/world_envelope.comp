@@ -51,7 +51,7 @@ void store_result(uint slice, uint n, uint x, cost_t value, uint nearest) {
             note_change(n % ROWS, min(before, capped));
         }
         ref_u32(to).v = capped;
-    } else if (capped != 0 && in_window(n)) {
+    } else if (capped != 0 && (!LISTED || may_have_changed(n, capped))) {
         ref_u32(push.distance + (row * push.x + x) * 4).v = capped;
     }
 }

@@ -29,9 +29,8 @@ layout(buffer_reference, std430, buffer_reference_align = 8) buffer ref_bundle {
 };
 
 shared uint words[ROWS][ROW_WORDS];
-// Which words hold a site, and which were changed.
-shared uint filled[ROWS][FILLED];
-shared uint touched[ROWS][FILLED];
+shared uint filled[ROWS][FILLED];   // which words hold a site
+shared uint changed_words[FILLED];  // of which the distances along x changed, in any of the rows
 
 // The field's entry of a solid voxel, but for the colour in a plane of its own. Those of air follow by the passes behind this one.
 void set_entry(uint64_t element, uint voxel) {
@@ -123,16 +122,35 @@ uvec2 carries_of(uint r, uint w) {
     return carries;
 }
 
-void list_tiles(uint z, uint w) {
+// Lists the tiles along y that hold a changed word.
+void list_tiles(uint z, uint t) {
     uint tiles = (push.x + push.tile_width - 1) / push.tile_width;
-    uint last = min(w * 32 + 31, push.x - 1) / push.tile_width;
-    for (uint tile_x = w * 32 / push.tile_width; tile_x <= last; tile_x++) {
+    for (uint tile_x = t; tile_x < tiles; tile_x += ROWS * LANES) {
+        uint last = min(tile_x * push.tile_width + push.tile_width, push.x) - 1;
+        bool changed = false;
+        for (uint w = tile_x * push.tile_width / 32; w <= last / 32; w++) {
+            changed = changed || (changed_words[w / 32] >> (w & 31u) & 1u) != 0;
+        }
         uint tile = z * tiles + tile_x;
-        fm_address flag = push.flags + uint64_t(tile) * 4;
-        if (ref_u32(flag).v == 0 && atomicExchange(ref_u32(flag).v, 1u) == 0) {
+        if (changed && atomicExchange(ref_u32(push.flags + uint64_t(tile) * 4).v, 1u) == 0) {
             list_append(push.lists + push.parity * FM_LIST_HEADER_BYTES, push.entries, tile);
         }
     }
+}
+
+fm_gpu_bundle bundle_of(uint64_t group) {
+    if (LISTED) {
+        return ref_bundle(push.bundles + group * 24).v;
+    }
+    uint y_bundles = (push.y + ROWS - 1) / ROWS;
+    fm_gpu_bundle bundle;
+    bundle.y = uint(group % y_bundles) * ROWS;
+    bundle.z = uint(group / y_bundles);
+    bundle.x_begin = 0;
+    bundle.x_end = push.x;
+    bundle.first_brush = 0;
+    bundle.brush_count = 0;
+    return bundle;
 }
 
 void main() {
@@ -140,25 +158,14 @@ void main() {
     uint r = t / LANES;
     uint lane = t % LANES;
     uint64_t group = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
-    uint y_bundles = (push.y + ROWS - 1) / ROWS;
-    fm_gpu_bundle bundle;
     if (group >= push.groups) {
         return;
-    }
-    if (LISTED) {
-        bundle = ref_bundle(push.bundles + group * 24).v;
-    } else {
-        bundle.y = uint(group % y_bundles) * ROWS;
-        bundle.z = uint(group / y_bundles);
-        bundle.x_begin = 0;
-        bundle.x_end = push.x;
-        bundle.first_brush = 0;
-        bundle.brush_count = 0;
     }
     if (TRACKED && group == 0 && t == 0) {
         list_clear(push.lists + (push.parity ^ 1u) * FM_LIST_HEADER_BYTES);
         list_clear(push.lists + FM_LIST_Z * FM_LIST_HEADER_BYTES);
     }
+    fm_gpu_bundle bundle = bundle_of(group);
     uint y = bundle.y + r;
     bool inside = y < push.y;
     uint64_t row = uint64_t(bundle.z) * push.y + min(y, push.y - 1);
@@ -166,13 +173,23 @@ void main() {
     uint first_word = bundle.x_begin / 32;
     uint end_word = (bundle.x_end + 31) / 32;
 
-    for (uint w = lane; w < push.row_words; w += LANES) {
-        bool looked_at = w >= first_word && w < end_word;
-        words[r][w] = looked_at ? 0 : ref_u32(bits + w * 4).v;
+    // What was there is loaded before it is needed.
+    uint bits_before[FILLED];
+    uvec2 carries_before[FILLED];
+    [[unroll]] for (uint i = 0; i < FILLED; i++) {
+        uint w = min(i * LANES + lane, push.row_words - 1);
+        bits_before[i] = LISTED ? ref_u32(bits + w * 4).v : 0;
+        carries_before[i] = TRACKED ? load_carries(push.carries, row * push.row_words + w, false) : uvec2(0);
+    }
+    [[unroll]] for (uint i = 0; i < FILLED; i++) {
+        uint w = i * LANES + lane;
+        if (w < push.row_words) {
+            words[r][w] = w >= first_word && w < end_word ? 0 : bits_before[i];
+        }
     }
     for (uint i = lane; i < FILLED; i += LANES) {
         filled[r][i] = 0;
-        touched[r][i] = 0;
+        changed_words[i] = 0;
     }
     barrier();
     if (inside) {
@@ -184,35 +201,30 @@ void main() {
         }
     }
     barrier();
-    for (uint w = lane; w < push.row_words; w += LANES) {
-        uint word = words[r][w];
-        if (word != 0) {
-            atomicOr(filled[r][w / 32], 1u << (w & 31u));
-        }
-        if (inside && w >= first_word && w < end_word) {
-            bool differs = !TRACKED || ref_u32(bits + w * 4).v != word;
-            if (differs) {
-                ref_u32(bits + w * 4).v = word;
-                atomicOr(touched[r][w / 32], 1u << (w & 31u));
-            }
+    [[unroll]] for (uint i = 0; i < FILLED; i++) {
+        uint w = i * LANES + lane;
+        if (w < push.row_words && words[r][w] != 0) {
+            atomicOr(filled[r][i], 1u << lane);
         }
     }
     barrier();
-    if (!inside) {
-        return;
+    [[unroll]] for (uint i = 0; i < FILLED; i++) {
+        uint w = i * LANES + lane;
+        if (inside && w < push.row_words) {
+            uint word = words[r][w];
+            uvec2 carries = carries_of(r, w);
+            bool differs = !LISTED || word != bits_before[i];
+            if (differs) {
+                ref_u32(bits + w * 4).v = word;
+            }
+            store_carries(push.carries, row * push.row_words + w, carries, false);
+            if (TRACKED && (differs || min(carries_before[i], uvec2(push.reach)) != min(carries, uvec2(push.reach)))) {
+                atomicOr(changed_words[i], 1u << lane);
+            }
+        }
     }
-    for (uint w = lane; w < push.row_words; w += LANES) {
-        uvec2 carries = carries_of(r, w);
-        uint64_t at = row * push.row_words + w;
-        bool changed = false;
-        if (TRACKED) {
-            uvec2 before = load_carries(push.carries, at, false);
-            changed = (touched[r][w / 32] >> (w & 31u) & 1u) != 0 ||
-                      min(before, uvec2(push.reach)) != min(carries, uvec2(push.reach));
-        }
-        store_carries(push.carries, at, carries, false);
-        if (changed) {
-            list_tiles(bundle.z, w);
-        }
+    if (TRACKED) {
+        barrier();
+        list_tiles(bundle.z, t);
     }
 }

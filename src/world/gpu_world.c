@@ -50,7 +50,7 @@ static fm_result scan_layout(const fm_world *world, fm_column_layout *layout) {
     for (uint32_t rows = half ? 32 : 16; rows <= (half ? 64 : 32); rows *= 2) {
         uint32_t segments = (uint32_t)fm_div_up(longest, rows);
         uint32_t lanes = floor_power_of_two(fm_min_u64(half ? 16 : 8, limit / segments));
-        while (segments * lanes < 128 && lanes < 32) {
+        while (segments * lanes < 128 && lanes < 32 && 4 * lanes < world->desc.shape.x) {
             lanes *= 2;
         }
         if ((uint64_t)segments * lanes <= limit && lanes >= 4) {
@@ -76,7 +76,7 @@ static fm_result envelope_layout(const fm_world *world, fm_column_layout *layout
 
 // Places within the buffer of lists.
 typedef struct list_places {
-    uint64_t entries_y, entries_z, flags, windows, bytes;
+    uint64_t entries_y, entries_z, flags, changes, bytes;
 } list_places;
 
 static list_places lists_of(const fm_world *world) {
@@ -86,8 +86,8 @@ static list_places lists_of(const fm_world *world) {
     list_places places = {.entries_y = ENTRIES_AT};
     places.entries_z = places.entries_y + 4 * along_y;
     places.flags = places.entries_z + 4 * along_z;
-    places.windows = fm_round_up(places.flags + 4 * along_y, 16);
-    places.bytes = places.windows + 8 * along_z;
+    places.changes = fm_round_up(places.flags + 4 * along_y, 16);
+    places.bytes = places.changes + 16 * along_z;
     return places;
 }
 
@@ -101,7 +101,7 @@ static uint64_t middle_bytes(const fm_world *world) {
     return (uint64_t)world->gpu->pitch * shape.y * shape.z * width;
 }
 
-// Nothing is flagged, windows are none (see world_grid.glsl), the lists are empty.
+// Nothing is flagged or changed (see world_grid.glsl), the lists are empty.
 static fm_result clear_lists(fm_world *world) {
     fm_gpu_world *own = world->gpu;
     uint32_t headers[FM_LIST_HEADERS][4];
@@ -351,10 +351,10 @@ static fm_result do_columns(fm_world *world, fm_slot *slot, bool along_z, bool l
                           .distance = fm_buffer_address(own->field),
                           .list = lists + header,
                           .entries = lists + (along_z ? places.entries_z : places.entries_y),
-                          .marks = lists + (along_z ? places.windows : places.flags),
+                          .marks = lists + (along_z ? places.changes : places.flags),
                           .next_list = lists + FM_LIST_Z * FM_LIST_HEADER_BYTES,
                           .next_entries = lists + places.entries_z,
-                          .next_marks = lists + places.windows,
+                          .next_marks = lists + places.changes,
                           .counted = fm_buffer_address(own->flights[own->flight].readback) + counted,
                           .x = shape.x,
                           .y = shape.y,

@@ -146,7 +146,7 @@ FM_PUSH_STRUCT(fm_world_push) {
     fm_address distance;  // the field
     fm_address list;      // header of the tiles to do
     fm_address entries;
-    fm_address marks;  // along y: the flags of the tiles; along z: their windows, first and last slice that may change
+    fm_address marks;  // along y: the flags of the tiles; along z: what changed (world_grid.glsl)
     fm_address next_list;
     fm_address next_entries;
     fm_address next_marks;
@@ -156,6 +156,42 @@ FM_PUSH_STRUCT(fm_world_push) {
     fm_uint pitch;  // elements of a row of raw
     fm_uint tiles;  // along x
     fm_uint cap;    // distances saturate here; L2: squared
+};
+
+// Which blocks a dispatch of chunk_relax.comp relaxes.
+#define FM_CHUNK_LISTED 0  // those of the list
+#define FM_CHUNK_INIT 1    // all of the domains, from the site bits
+#define FM_CHUNK_SEEDED 2  // all of the domains, from the distances that are there
+
+// A domain of a chunked method. Axes: the first voxel in the low 16 bits, the number of voxels in the high ones.
+FM_PUSH_STRUCT(fm_gpu_domain) {
+    fm_address scratch;  // its two arrays, one behind the other, each rounded up to 16 bytes
+    fm_uint domain[3];
+    fm_uint result[3];
+};
+
+// Chunked methods. A dispatch covers `count` domains by `groups` work groups each.
+FM_PUSH_STRUCT(fm_chunk_push) {
+    fm_address bits;
+    fm_address field;
+    fm_address domains;
+    fm_address list;  // blocks to relax, and those to relax in the next round
+    fm_address entries;
+    fm_address next_list;
+    fm_address next_entries;
+    fm_address stamps;   // a word a block: the round that it was listed for last
+    fm_address counted;  // gets the number of the round; chunk_fim.comp: whether anything changed
+    fm_uint x, y, z;
+    fm_uint row_words;
+    fm_uint chunk;  // edge of the domains, 0: the whole world is one
+    fm_uint cap;
+    fm_uint count;
+    fm_uint groups;
+    fm_uint groups_x, groups_y;  // of a domain, along the axes
+    fm_uint step;                // of jump flooding; chunk_brute.comp: words of bits that this dispatch tries
+    fm_uint which;               // array of scratch memory that holds the input
+    fm_uint stamp;               // of the next round
+    fm_uint first;               // chunk_relax.comp: number of the round; chunk_brute.comp: the first word
 };
 
 // Distances and gradients of a world at positions.
@@ -180,6 +216,8 @@ _Static_assert(sizeof(fm_encode_push) <= 128, "push constants are 128 bytes on e
 _Static_assert(sizeof(fm_column_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_rows_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_world_push) <= 128, "push constants are 128 bytes on every device");
+_Static_assert(sizeof(fm_chunk_push) <= 128, "push constants are 128 bytes on every device");
+_Static_assert(sizeof(fm_gpu_domain) == 32, "as std430 lays it out");
 #endif
 
 #endif

@@ -36,13 +36,16 @@ fm_address raw_at(uint64_t row, uint x, uint bytes) {
     return push.raw + (row * push.pitch + x) * bytes;
 }
 
-// Rows that the listed tile of the pass along z may change; all of them where there is no list. A window is kept in memory as two
-// numbers that only rise and are 0 where there is none: 2^32 - 1 - first, and last + 1.
-uint window_first = 0;
-uint window_last = 0xffffffffu;
+// The change that the listed tile of the pass along z has to follow: its first and last slice, and the least distance there, before
+// or after. In memory these are numbers that only rise and are 0 where nothing changed: 2^32 - 1 - first, last + 1,
+// 2^32 - 1 - least.
+uint change_first, change_last, change_least;
 
-bool in_window(uint n) {
-    return n >= window_first && n <= window_last;
+// Whether row n, which is now at distance `value`, may have been at another one: only if a change could be as near.
+bool may_have_changed(uint n, uint value) {
+    uint gap = n < change_first ? change_first - n : n > change_last ? n - change_last : 0;
+    uint nearest = change_least + (FORMAT == FM_GPU_SQUARED_U32 ? gap * gap : gap);
+    return nearest <= value && nearest < push.cap;
 }
 
 // A bit for each row of a segment that changed, and the least distance there, before or after.
@@ -67,32 +70,23 @@ void note_change(uint row, uint least) {
     atomicMin(changed_least[gl_LocalInvocationID.y], least);
 }
 
-// How far along z a change of a distance of at least `least` can be felt.
-uint reach_of(uint least) {
-    if (least >= push.cap) {
-        return 0;
-    }
-    return FORMAT == FM_GPU_SQUARED_U32 ? uint(sqrt(float(push.cap - least)) * 1.00001) + 1 : push.cap - least;
-}
-
-// Lists the tiles along z that hold a changed row of this tile (slice z), with the slices that the change can reach.
+// Lists the tiles along z that hold a changed row of this tile.
 void pass_on_changes(uint slice, uint tile_x) {
     if (!LISTED || ALONG_Z) {
         return;
     }
     barrier();
     uint segment = gl_LocalInvocationID.y;
-    uint reach = reach_of(changed_least[segment]);
-    uint first = slice - min(slice, reach);
-    uint last = reach > push.z - 1 - slice ? push.z - 1 : slice + reach;
+    uint least = changed_least[segment];
     for (uint row = gl_LocalInvocationID.x; row < ROWS; row += LANES) {
         if ((changed_rows[segment][row / 32] >> (row & 31u) & 1u) != 0) {
             uint tile = (segment * ROWS + row) * push.tiles + tile_x;
-            fm_address window = push.next_marks + uint64_t(tile) * 8;
-            if (atomicMax(ref_u32(window).v, FM_GPU_NONE - first) == 0) {
+            fm_address change = push.next_marks + uint64_t(tile) * 16;
+            if (atomicMax(ref_u32(change).v, FM_GPU_NONE - slice) == 0) {
                 list_append(push.next_list, push.next_entries, tile);
             }
-            atomicMax(ref_u32(window + 4).v, last + 1);
+            atomicMax(ref_u32(change + 4).v, slice + 1);
+            atomicMax(ref_u32(change + 8).v, FM_GPU_NONE - least);
         }
     }
 }
@@ -115,17 +109,19 @@ void run_tiles() {
     }
     for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
         uint tile = ref_u32(push.entries + uint64_t(i) * 4).v;
-        fm_address mark = push.marks + uint64_t(tile) * (ALONG_Z ? 8 : 4);
+        fm_address mark = push.marks + uint64_t(tile) * (ALONG_Z ? 16 : 4);
         if (ALONG_Z) {
-            window_first = FM_GPU_NONE - ref_u32(mark).v;
-            window_last = ref_u32(mark + 4).v - 1;
+            uvec4 change = ref_u32x4(mark).v;
+            change_first = FM_GPU_NONE - change.x;
+            change_last = change.y - 1;
+            change_least = FM_GPU_NONE - change.z;
         }
         clear_changes();
         do_tile(tile / push.tiles, tile % push.tiles * TILE_WIDTH);
         pass_on_changes(tile / push.tiles, tile % push.tiles);
         barrier();
         if (first && ALONG_Z) {
-            ref_u32x2(mark).v = uvec2(0);
+            ref_u32x4(mark).v = uvec4(0);
         } else if (first) {
             ref_u32(mark).v = 0;
         }

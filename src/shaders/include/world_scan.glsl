@@ -30,15 +30,28 @@ uvec2 pack_quad(quad_t q) {
     return uvec2(v.x | v.y << 16, v.z | v.w << 16);
 }
 
-void store_middle(uint64_t row, uint row_in_segment, uint x, quad_t q) {
+// What the pass along y stored the last time, loaded before it is needed.
+struct stored_t {
+    uvec2 v;
+};
+
+stored_t fetch_stored(uint slice, uint n, uint x) {
+    stored_t stored;
+    if (LISTED && TARGET == FM_TARGET_RAW) {
+        fm_address at = raw_at(row_of(slice, n), x, WIDTH);
+        stored.v = WIDTH == 1 ? uvec2(ref_u32(at).v, 0) : ref_u32x2(at).v;
+    }
+    return stored;
+}
+
+void store_middle(uint64_t row, uint row_in_segment, uint x, quad_t q, stored_t stored) {
     fm_address to = raw_at(row, x, WIDTH);
     uvec2 after = pack_quad(q);
     if (LISTED) {
-        uvec2 before = WIDTH == 1 ? uvec2(ref_u32(to).v, 0) : ref_u32x2(to).v;
-        if (before == after) {
+        if (stored.v == after) {
             return;
         }
-        note_change(row_in_segment, least_change(before, after));
+        note_change(row_in_segment, least_change(stored.v, after));
     }
     if (WIDTH == 1) {
         ref_u32(to).v = after.x;
@@ -85,11 +98,15 @@ void store_split_field(uint64_t element, uint x, quad_t q) {
     }
 }
 
-void store_quad(uint slice, uint n, uint x, quad_t q) {
+uint greatest_of(quad_t q) {
+    return max(max(quad_value(q, 0), quad_value(q, 1)), max(quad_value(q, 2), quad_value(q, 3)));
+}
+
+void store_quad(uint slice, uint n, uint x, quad_t q, stored_t stored) {
     uint64_t row = row_of(slice, n);
     if (TARGET == FM_TARGET_RAW) {
-        store_middle(row, n % ROWS, x, q);
-    } else if (in_window(n)) {
+        store_middle(row, n % ROWS, x, q, stored);
+    } else if (!LISTED || may_have_changed(n, greatest_of(q))) {
         if (FORMAT == FM_GPU_PACKED) {
             store_packed_field(row * push.x + x, x, q);
         } else {
