@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_WORLD_COMMON_H
+#define FM_WORLD_COMMON_H
+
+// A world beside a model of it that is kept in the plainest way, and random edits of both.
+
+#include "check.h"
+#include "fathom/world.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+// A 64-bit generator (Steele, Lea and Flood 2014, "Fast splittable pseudorandom number generators").
+static inline uint64_t world_random(uint64_t *state) {
+    uint64_t z = (*state += 0x9e3779b97f4a7c15u);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+}
+
+static inline int32_t world_between(uint64_t *state, int32_t low, int32_t high) {
+    return low + (int32_t)(world_random(state) % (uint64_t)((int64_t)high - low + 1));
+}
+
+static inline int64_t world_square(int64_t v) {
+    return v * v;
+}
+
+// Whether a brush covers a voxel, by its public definition, for positions near the world.
+static inline bool world_covers(const fm_brush *brush, const int32_t at[3]) {
+    if (brush->kind == FM_BRUSH_BOX) {
+        for (int i = 0; i < 3; i++) {
+            int32_t low = brush->from[i] < brush->to[i] ? brush->from[i] : brush->to[i];
+            int32_t high = brush->from[i] < brush->to[i] ? brush->to[i] : brush->from[i];
+            if (at[i] < low || at[i] > high) {
+                return false;
+            }
+        }
+        return true;
+    }
+    int64_t r2 = world_square(brush->radius > (1u << 30) ? 1u << 30 : brush->radius);
+    int64_t along = 0, length2 = 0, from2 = 0, to2 = 0;
+    for (int i = 0; i < 3; i++) {
+        from2 += world_square((int64_t)at[i] - brush->from[i]);
+        if (brush->kind == FM_BRUSH_LINE) {
+            along += ((int64_t)at[i] - brush->from[i]) * ((int64_t)brush->to[i] - brush->from[i]);
+            length2 += world_square((int64_t)brush->to[i] - brush->from[i]);
+            to2 += world_square((int64_t)at[i] - brush->to[i]);
+        }
+    }
+    if (brush->kind == FM_BRUSH_SPHERE || along <= 0) {
+        return from2 <= r2;
+    }
+    if (along >= length2) {
+        return to2 <= r2;
+    }
+    return (__int128)from2 * length2 - (__int128)along * along <= (__int128)r2 * length2;
+}
+
+// The world and its model.
+typedef struct world_pair {
+    fm_context *context;
+    fm_context *reference;  // CPU: computes what the field should be
+    fm_world *world;
+    fm_world_desc desc;
+    uint32_t *voxels;
+} world_pair;
+
+static inline uint64_t world_voxels(const world_pair *pair) {
+    return (uint64_t)pair->desc.shape.x * pair->desc.shape.y * pair->desc.shape.z;
+}
+
+static inline bool world_pair_make(world_pair *pair, fm_context *context, fm_context *reference, const fm_world_desc *desc) {
+    *pair = (world_pair){.context = context, .reference = reference, .desc = *desc};
+    if (!CHECK_OK(fm_world_create(context, desc, &pair->world))) {
+        return false;
+    }
+    pair->voxels = calloc(world_voxels(pair), sizeof *pair->voxels);
+    return CHECK(pair->voxels != NULL);
+}
+
+static inline void world_pair_free(world_pair *pair) {
+    fm_world_destroy(pair->world);
+    free(pair->voxels);
+}
+
+static inline void world_model_edit(world_pair *pair, const fm_brush *brush) {
+    const fm_shape s = pair->desc.shape;
+    int32_t at[3];
+    uint64_t i = 0;
+    for (at[2] = 0; at[2] < (int32_t)s.z; at[2]++) {
+        for (at[1] = 0; at[1] < (int32_t)s.y; at[1]++) {
+            for (at[0] = 0; at[0] < (int32_t)s.x; at[0]++, i++) {
+                if (world_covers(brush, at)) {
+                    pair->voxels[i] = brush->voxel;
+                }
+            }
+        }
+    }
+}
+
+static inline void world_both_edit(world_pair *pair, const fm_brush *brushes, uint32_t count) {
+    CHECK_OK(fm_world_edit(pair->world, brushes, count));
+    for (uint32_t i = 0; i < count; i++) {
+        world_model_edit(pair, &brushes[i]);
+    }
+}
+
+// A brush somewhere in or around the world, placing or deleting.
+static inline fm_brush world_random_brush(uint64_t *state, fm_shape shape, uint32_t max_radius) {
+    const int32_t size[3] = {(int32_t)shape.x, (int32_t)shape.y, (int32_t)shape.z};
+    fm_brush brush = {.kind = (fm_brush_kind)world_between(state, 0, 2)};
+    brush.voxel = world_between(state, 0, 1) ? (uint32_t)world_random(state) | 1 : 0;
+    // Solid voxels of colour 0 are solid.
+    brush.voxel = brush.voxel && world_between(state, 0, 9) == 0 ? 0x100 : brush.voxel;
+    for (int i = 0; i < 3; i++) {
+        int32_t margin = world_between(state, 0, 7) == 0 ? (int32_t)max_radius + 3 : 0;
+        brush.from[i] = world_between(state, -margin, size[i] - 1 + margin);
+        brush.to[i] = world_between(state, -margin, size[i] - 1 + margin);
+        if (brush.kind == FM_BRUSH_BOX || world_between(state, 0, 2)) {
+            brush.to[i] = brush.from[i] + world_between(state, -(int32_t)max_radius, (int32_t)max_radius);
+        }
+    }
+    brush.radius = (uint32_t)world_between(state, 0, (int32_t)max_radius);
+    return brush;
+}
+
+// The distances that the field should hold; memory of the caller.
+static inline fm_array world_expected(const world_pair *pair) {
+    const fm_shape shape = pair->desc.shape;
+    uint8_t *solid = malloc(world_voxels(pair));
+    uint32_t *distance = malloc(world_voxels(pair) * sizeof *distance);
+    for (uint64_t i = 0; i < world_voxels(pair); i++) {
+        solid[i] = pair->voxels[i] != 0;
+    }
+    const fm_array in = {solid, FM_TYPE_U8, shape};
+    const fm_array out = {distance, FM_TYPE_U32, shape};
+    bool squared = pair->desc.format == FM_FIELD_SQUARED_U32;
+    const fm_transform_desc desc = {
+        .metric = squared ? FM_METRIC_L2 : FM_METRIC_L1, .squared = squared, .max_distance = pair->desc.max_distance};
+    CHECK_OK(fm_transform_host(pair->reference, &desc, &in, &out, NULL));
+    free(solid);
+    uint32_t greatest = pair->desc.format == FM_FIELD_SPLIT_U16 ? UINT16_MAX : squared ? UINT32_MAX : UINT8_MAX;
+    for (uint64_t i = 0; i < world_voxels(pair); i++) {
+        distance[i] = distance[i] > greatest ? greatest : distance[i];
+    }
+    return out;
+}
+
+// Compares voxels, colours and distances with the model's; true when all are equal.
+static inline bool world_compare(world_pair *pair) {
+    const fm_shape shape = pair->desc.shape;
+    const uint64_t voxels = world_voxels(pair);
+    fm_array expected = world_expected(pair);
+    const uint32_t *wanted = expected.data;
+    uint32_t *distance = malloc(voxels * sizeof *distance);
+    uint32_t *values = malloc(voxels * sizeof *values);
+    uint8_t *colors = malloc(voxels);
+    const fm_array distance_array = {distance, FM_TYPE_U32, shape};
+    const fm_array color_array = {colors, FM_TYPE_U8, shape};
+    const fm_box all = {{0, 0, 0}, {shape.x, shape.y, shape.z}};
+    bool good = CHECK_OK(fm_world_read_field(pair->world, &distance_array, &color_array)) &&
+                CHECK_OK(fm_world_read(pair->world, &all, values));
+    uint64_t wrong = 0;
+    for (uint64_t i = 0; good && i < voxels; i++) {
+        bool same = distance[i] == wanted[i] && values[i] == pair->voxels[i] && colors[i] == (pair->voxels[i] & 0xff);
+        if (!same && wrong++ == 0) {
+            fprintf(stderr, "voxel %u,%u,%u: distance %u where %u is right; value %x where %x is right; colour %x\n",
+                    (unsigned)(i % shape.x), (unsigned)(i / shape.x % shape.y), (unsigned)(i / shape.x / shape.y), distance[i],
+                    wanted[i], values[i], pair->voxels[i], colors[i]);
+        }
+    }
+    good = good && CHECK(wrong == 0);
+    if (wrong) {
+        fprintf(stderr, "    %llu of %llu voxels are wrong\n", (unsigned long long)wrong, (unsigned long long)voxels);
+    }
+    free(expected.data);
+    free(distance);
+    free(values);
+    free(colors);
+    return good;
+}
+
+#endif

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+// Random edit scripts: after every update the voxels, colours and distances of an exact world equal those of a model that is
+// computed anew. Small worlds of odd shapes by default; --size N and --steps N make it one cube, for a GPU.
+
+#include "vulkan_common.h"
+#include "world_common.h"
+
+typedef struct script_options {
+    fm_backend backend;
+    const char *device;
+    bool validation;
+    uint32_t size;    // 0: the table of shapes
+    uint32_t steps;   // of each world
+    uint32_t stride;  // every how manieth shape of the table: a software driver takes long over each shape's kernels
+    uint64_t seed;
+} script_options;
+
+static bool parse(int count, char **arguments, script_options *options) {
+    *options = (script_options){.backend = FM_BACKEND_CPU, .validation = true, .steps = 60, .stride = 1, .seed = 1};
+    for (int i = 1; i < count; i++) {
+        bool more = i + 1 < count;
+        if (strcmp(arguments[i], "--backend") == 0 && more) {
+            options->backend = strcmp(arguments[++i], "vulkan") == 0 ? FM_BACKEND_VULKAN : FM_BACKEND_CPU;
+        } else if (strcmp(arguments[i], "--device") == 0 && more) {
+            options->device = arguments[++i];
+        } else if (strcmp(arguments[i], "--no-validation") == 0) {
+            options->validation = false;
+        } else if (strcmp(arguments[i], "--size") == 0 && more) {
+            options->size = (uint32_t)strtoul(arguments[++i], NULL, 10);
+        } else if (strcmp(arguments[i], "--steps") == 0 && more) {
+            options->steps = (uint32_t)strtoul(arguments[++i], NULL, 10);
+        } else if (strcmp(arguments[i], "--stride") == 0 && more) {
+            options->stride = (uint32_t)strtoul(arguments[++i], NULL, 10);
+        } else if (strcmp(arguments[i], "--seed") == 0 && more) {
+            options->seed = strtoull(arguments[++i], NULL, 10);
+        } else {
+            fprintf(stderr,
+                    "usage: %s [--backend cpu|vulkan] [--device NAME] [--no-validation] [--size N] [--steps N] [--stride N] "
+                    "[--seed S]\n",
+                    arguments[0]);
+            return false;
+        }
+    }
+    return true;
+}
+
+// Writes a random box of voxels at once, as a program that streams terrain does.
+static void write_box(world_pair *pair, uint64_t *state) {
+    const fm_shape shape = pair->desc.shape;
+    const int32_t size[3] = {(int32_t)shape.x, (int32_t)shape.y, (int32_t)shape.z};
+    fm_box box;
+    uint64_t voxels = 1;
+    for (int i = 0; i < 3; i++) {
+        box.begin[i] = world_between(state, 0, size[i] - 1);
+        box.end[i] =
+            world_between(state, (int32_t)box.begin[i] + 1, size[i] < box.begin[i] + 12 ? size[i] : (int32_t)box.begin[i] + 12);
+        voxels *= (uint64_t)(box.end[i] - box.begin[i]);
+    }
+    uint32_t *values = malloc(voxels * sizeof *values);
+    uint64_t n = 0;
+    for (int64_t z = box.begin[2]; z < box.end[2]; z++) {
+        for (int64_t y = box.begin[1]; y < box.end[1]; y++) {
+            for (int64_t x = box.begin[0]; x < box.end[0]; x++) {
+                uint32_t value = world_between(state, 0, 9) == 0 ? (uint32_t)world_random(state) : 0;
+                values[n++] = value;
+                pair->voxels[(uint64_t)x + shape.x * ((uint64_t)y + shape.y * (uint64_t)z)] = value;
+            }
+        }
+    }
+    CHECK_OK(fm_world_write(pair->world, &box, values));
+    free(values);
+}
+
+static bool run_script(fm_context *context, fm_context *reference, const fm_world_desc *desc, uint32_t steps, uint64_t seed) {
+    world_pair pair;
+    uint64_t state = seed;
+    bool good = world_pair_make(&pair, context, reference, desc);
+    uint32_t longest = desc->shape.x > desc->shape.y ? desc->shape.x : desc->shape.y;
+    longest = desc->shape.z > longest ? desc->shape.z : longest;
+    uint32_t radius = longest / 4 < 16 ? longest / 4 : 16;
+    for (uint32_t step = 0; good && step < steps; step++) {
+        int32_t kind = world_between(&state, 0, 19);
+        if (kind == 0) {
+            write_box(&pair, &state);
+        }
+        fm_brush brushes[8];
+        uint32_t count = (uint32_t)(kind == 1 ? 8 : kind == 2 ? 0 : world_between(&state, 1, 3));
+        for (uint32_t i = 0; i < count; i++) {
+            brushes[i] = world_random_brush(&state, desc->shape, kind == 3 ? longest : radius);
+        }
+        // Now and then the world is emptied or filled, so that both ends are seen.
+        if (kind == 4 && count > 0) {
+            brushes[0] = (fm_brush){.radius = 1u << 31, .voxel = world_between(&state, 0, 3) == 0 ? 7 : 0};
+        }
+        world_both_edit(&pair, brushes, count);
+        if (kind == 5) {
+            const fm_box all = {{-5, -5, -5}, {1 << 20, 1 << 20, 1 << 20}};
+            fm_world_mark(pair.world, &all);
+        }
+        // Several updates may be in flight before one is looked at.
+        fm_ticket ticket;
+        good = CHECK_OK(fm_world_update(pair.world, &ticket));
+        if (good && world_between(&state, 0, 2) != 0) {
+            good = world_compare(&pair);
+        }
+    }
+    good = good && world_compare(&pair);
+    if (!good) {
+        fprintf(stderr, "    shape %ux%ux%u, format %d, cap %u, seed %llu\n", desc->shape.x, desc->shape.y, desc->shape.z,
+                (int)desc->format, desc->max_distance, (unsigned long long)seed);
+    }
+    world_pair_free(&pair);
+    return good;
+}
+
+static const fm_shape shapes[] = {{8, 8, 8},    {16, 16, 16}, {1, 1, 1},   {33, 17, 9},  {100, 5, 3}, {3, 70, 2},
+                                  {2, 3, 90},   {64, 64, 64}, {65, 31, 7}, {1, 40, 40},  {40, 1, 40}, {300, 20, 4},
+                                  {4, 300, 10}, {10, 4, 300}, {32, 8, 8},  {127, 63, 33}};
+
+static void run_all(fm_context *context, fm_context *reference, const script_options *options) {
+    const fm_shape cube = {options->size, options->size, options->size};
+    const fm_shape *table = options->size ? &cube : shapes;
+    uint32_t count = options->size ? 1 : sizeof shapes / sizeof shapes[0];
+    for (uint32_t i = 0; i < count; i += options->stride) {
+        for (int format = FM_FIELD_PACKED; format <= FM_FIELD_SQUARED_U32; format++) {
+            fm_world_desc desc = {.shape = table[i], .format = (fm_field_format)format};
+            run_script(context, reference, &desc, options->steps, options->seed + i);
+            if (format == FM_FIELD_SQUARED_U32) {
+                desc.max_distance = 10;
+                run_script(context, reference, &desc, options->steps, options->seed + i);
+            }
+        }
+    }
+}
+
+int main(int count, char **arguments) {
+    script_options options;
+    if (!parse(count, arguments, &options)) {
+        return 2;
+    }
+    const fm_context_desc desc = {.backend = options.backend,
+                                  .device = options.device,
+                                  .threads = options.backend == FM_BACKEND_CPU ? 2 : 1,
+                                  .validation = options.validation,
+                                  .log = vulkan_log};
+    const fm_context_desc reference_desc = {.backend = FM_BACKEND_CPU};
+    fm_context *context, *reference;
+    if (fm_context_create(&desc, &context) != FM_OK) {
+        return vulkan_missing();
+    }
+    if (CHECK_OK(fm_context_create(&reference_desc, &reference))) {
+        run_all(context, reference, &options);
+        fm_context_destroy(reference);
+    }
+    vulkan_close(context);
+    return check_summary();
+}
