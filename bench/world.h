@@ -55,6 +55,7 @@ typedef struct bench_world_result {
     bench_world_case what;
     char device[256];
     char failure[512];  // empty when all went well
+    double bandwidth;   // of a copy, bytes a second
     bool gpu;           // times are GPU timestamps, else of the CPU backend's passes
     double solid;       // share of solid voxels at the start
     uint32_t frame_count;

@@ -317,6 +317,7 @@ bool bench_world_measure(bench_session *session, const fm_volume *start, const b
         snprintf(result->device, sizeof result->device, "%s", device.name);
         result->gpu = device.kind != FM_DEVICE_HOST;
         result->solid = solid_share(start);
+        result->bandwidth = bench_session_bandwidth(session, FM_BACKEND_AUTO);
         failure = measure(&r, start);
     }
     if (failure) {

@@ -127,7 +127,7 @@ static uint64_t memory_of(const bench_world_result *result, int which) {
 
 void bench_world_csv_header(FILE *stream) {
     csv_case_header(stream);
-    fprintf(stream, ",solid_fraction,frames");
+    fprintf(stream, ",solid_fraction,copy_gb_per_s,frames");
     bench_csv_stats_header(stream, "update");
     bench_csv_stats_header(stream, "frame");
     bench_csv_stats_header(stream, "call");
@@ -148,7 +148,7 @@ void bench_world_csv_header(FILE *stream) {
 
 void bench_world_csv(FILE *stream, const bench_world_result *result) {
     csv_case(stream, result);
-    fprintf(stream, ",%.6g,%" PRIu32, result->solid, result->frame_count);
+    fprintf(stream, ",%.6g,%.6g,%" PRIu32, result->solid, result->bandwidth * 1e-9, result->frame_count);
     bench_csv_stats(stream, &result->update);
     bench_csv_stats(stream, &result->frame);
     bench_csv_stats(stream, &result->call);
@@ -207,6 +207,7 @@ static void add_case(cJSON *object, const bench_world_result *result) {
     const fm_world_method *method = &what->desc.method;
     const fm_shape shape = what->desc.shape;
     cJSON_AddStringToObject(object, "device", result->device);
+    cJSON_AddNumberToObject(object, "copy_gb_per_s", result->bandwidth * 1e-9);
     cJSON_AddStringToObject(object, "start", what->start);
     cJSON_AddNumberToObject(object, "scene_seed", (double)what->scene_desc.seed);
     cJSON_AddItemToObject(object, "shape", cJSON_CreateIntArray((const int[]){(int)shape.x, (int)shape.y, (int)shape.z}, 3));
