@@ -60,7 +60,7 @@ static fm_result keep_passes(fm_gpu *gpu) {
                                        VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
     }
     gpu->measured = NULL;
-    gpu->pass_count = 0;
+    gpu->pass_count = slot->continued ? gpu->pass_count : 0;
     for (uint32_t i = 0; i < slot->pass_count; i++) {
         fm_pass pass = slot->passes[i];
         pass.milliseconds = (double)((times[i + 1] - times[i]) & gpu->timestamp_mask) * gpu->info.timestamp_period_ns * 1e-6;
@@ -71,7 +71,7 @@ static fm_result keep_passes(fm_gpu *gpu) {
         if (same < gpu->pass_count) {
             gpu->passes[same].milliseconds += pass.milliseconds;
             gpu->passes[same].bytes += pass.bytes;
-        } else {
+        } else if (gpu->pass_count < FM_MAX_PASSES) {
             gpu->passes[gpu->pass_count++] = pass;
         }
     }
@@ -89,6 +89,7 @@ fm_result fm_commands_begin(fm_gpu *gpu, fm_slot **result) {
                                       .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
     FM_VK(gpu, BeginCommandBuffer(slot->commands, &begin));
     slot->pass_count = 0;
+    slot->continued = false;
     gpu->vk.CmdResetQueryPool(slot->commands, slot->queries, 0, FM_MAX_PASSES + 1);
     // Work of earlier submissions must be visible; it is not so by their mere order.
     fm_commands_barrier(gpu, slot);
@@ -185,6 +186,15 @@ fm_result fm_commands_submit(fm_gpu *gpu, fm_slot *slot, fm_ticket *ticket) {
         return fm_gpu_wait(gpu, slot->ticket);
     }
     *ticket = slot->ticket;
+    return FM_OK;
+}
+
+fm_result fm_commands_flush(fm_gpu *gpu, fm_slot **slot) {
+    bool continued = (*slot)->continued || (*slot)->pass_count > 0;
+    FM_TRY(fm_commands_submit(gpu, *slot, NULL));
+    FM_TRY(keep_passes(gpu));
+    FM_TRY(fm_commands_begin(gpu, slot));
+    (*slot)->continued = continued;
     return FM_OK;
 }
 

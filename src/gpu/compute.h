@@ -32,6 +32,12 @@ typedef enum fm_kernel {
     FM_KERNEL_WORLD_SCAN_F16,
     FM_KERNEL_WORLD_SCAN_U32,
     FM_KERNEL_WORLD_ENVELOPE,
+    FM_KERNEL_CHUNK_BRUTE,
+    FM_KERNEL_CHUNK_FIM,
+    FM_KERNEL_CHUNK_FINISH,
+    FM_KERNEL_CHUNK_FLOOD,
+    FM_KERNEL_CHUNK_RELAX,
+    FM_KERNEL_CHUNK_SITES,
     FM_KERNEL_COUNT
 } fm_kernel;
 
@@ -63,6 +69,8 @@ void fm_commands_copy(fm_gpu *gpu, fm_slot *slot, const fm_buffer *source, uint6
 void fm_commands_pass(fm_gpu *gpu, fm_slot *slot, const char *name, uint64_t bytes);
 // Ends the recording and submits it. On failure the slot is free again. `ticket` NULL: waits.
 fm_result fm_commands_submit(fm_gpu *gpu, fm_slot *slot, fm_ticket *ticket);
+// Submits what was recorded, waits for it and begins anew. The passes so far are listed with those that follow.
+fm_result fm_commands_flush(fm_gpu *gpu, fm_slot **slot);
 
 uint64_t fm_buffer_address(const fm_buffer *buffer);
 

@@ -95,6 +95,7 @@ struct fm_slot {
     VkCommandBuffer commands;
     VkQueryPool queries;
     fm_ticket ticket;  // of the newest submission
+    bool continued;    // its passes are added to those that the device keeps
     uint32_t pass_count;
     fm_pass passes[FM_MAX_PASSES];
 };

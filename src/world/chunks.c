@@ -28,8 +28,13 @@ bool fm_chunk_relaxes(fm_world_algorithm algorithm) {
     return algorithm == FM_WORLD_FIM || algorithm == FM_WORLD_JFA_FIM;
 }
 
-uint32_t fm_chunk_steps(fm_world_algorithm algorithm, const uint32_t size[3], uint32_t steps[FM_MAX_STEPS]) {
-    uint64_t longest = fm_max_u64(size[0], fm_max_u64(size[1], size[2]));
+uint32_t fm_chunk_steps(const fm_world *world, fm_world_algorithm algorithm, uint32_t steps[FM_MAX_STEPS]) {
+    const fm_world_method *method = &world->desc.method;
+    fm_shape shape = world->desc.shape;
+    uint64_t longest = fm_max_u64(shape.x, fm_max_u64(shape.y, shape.z));
+    if (method->chunk != 0) {
+        longest = fm_min_u64(longest, (method->border == FM_BORDER_HALO ? 3 : 1) * method->chunk);
+    }
     uint32_t first = 1;
     while (first * 2 < longest) {
         first *= 2;

@@ -15,8 +15,9 @@ enum {
 static const uint32_t fm_site_none = UINT32_MAX;
 
 // The steps of a jump flooding algorithm (JFA_FIM and PUBLISHED_FINAL: those of JFA_PUBLISHED): from the largest power of two below
-// the domain's longest edge, or 1, down to 1; steps of 1 before or of 2 and 1 behind them where the variant has them.
-uint32_t fm_chunk_steps(fm_world_algorithm algorithm, const uint32_t size[3], uint32_t steps[FM_MAX_STEPS]);
+// the domains' longest edge, or 1, down to 1; steps of 1 before or of 2 and 1 behind them where the variant has them. Domains that
+// the world's end cuts short take the same steps as the others.
+uint32_t fm_chunk_steps(const fm_world *world, fm_world_algorithm algorithm, uint32_t steps[FM_MAX_STEPS]);
 bool fm_chunk_propagates_sites(fm_world_algorithm algorithm);
 bool fm_chunk_relaxes(fm_world_algorithm algorithm);
 

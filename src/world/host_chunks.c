@@ -187,7 +187,7 @@ static void flood_slices(void *user, uint64_t begin, uint64_t end, uint32_t work
 
 static void flood(work *w) {
     uint32_t steps[FM_MAX_STEPS];
-    uint32_t count = fm_chunk_steps(w->domain->algorithm, w->size, steps);
+    uint32_t count = fm_chunk_steps(w->world, w->domain->algorithm, steps);
     for (uint32_t i = 0; i < count; i++) {
         w->step = steps[i];
         each_slice(w, flood_slices);
@@ -265,7 +265,7 @@ static void flood_site_slices(void *user, uint64_t begin, uint64_t end, uint32_t
 
 static void flood_sites(work *w) {
     uint32_t steps[FM_MAX_STEPS];
-    uint32_t count = fm_chunk_steps(w->domain->algorithm, w->size, steps);
+    uint32_t count = fm_chunk_steps(w->world, w->domain->algorithm, steps);
     each_slice(w, init_site_slices);
     for (uint32_t i = 0; i < count; i++) {
         w->step = steps[i];
