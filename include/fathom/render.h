@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#ifndef FATHOM_RENDER_H
+#define FATHOM_RENDER_H
+
+// Pictures of an editable world (world.h) by ray marching its distance field. The conventions of fathom.h hold here too.
+
+#include "fathom/world.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// A pinhole camera in voxel units: voxel (x, y, z) fills the cube from (x, y, z) - 0.5 to + 0.5. z points up in the scenes of this
+// project; `up` need not be at right angles to the view.
+typedef struct fm_camera {
+    float position[3];
+    float forward[3];  // any length above 0
+    float up[3];       // all 0: 0, 0, 1
+    float fov_y;       // full vertical angle in degrees, above 0 and below 180; 0: 60
+} fm_camera;
+
+// How a ray finds the first solid voxel on its way. All three give the same picture, pixel for pixel, on exact fields.
+typedef enum fm_march {
+    // Reads the field and goes as many voxels as the Manhattan distance allows before it reads again; never over a solid voxel.
+    FM_MARCH_SKIP = 0,
+    // Leaves the largest box around the voxel that the distance vouches for: edge 2 floor((d - 1) / 3) + 1.
+    FM_MARCH_BOX,
+    // Voxel by voxel from the site bits, without a field. Source of all three: Amanatides and Woo 1987, "A fast voxel traversal
+    // algorithm for ray tracing".
+    FM_MARCH_PLAIN,
+} fm_march;
+
+typedef enum fm_shadow { FM_SHADOW_NONE = 0, FM_SHADOW_HARD, FM_SHADOW_SOFT } fm_shadow;
+
+typedef enum fm_view {
+    FM_VIEW_COLOR = 0,   // the voxel's colour, shaded by its face's normal; the sky where nothing is hit
+    FM_VIEW_STEPS,       // field reads a ray, as a heat map
+    FM_VIEW_NORMAL,      // faces by direction
+    FM_VIEW_DISTANCE,    // how far the ray went
+    FM_VIEW_SLICE,       // the field itself on the plane `slice_axis` = `slice_index`, with isolines, among what stands behind it
+    FM_VIEW_DIFFERENCE,  // grey picture of FM_MARCH_PLAIN; red where this march shows something else
+} fm_view;
+
+typedef struct fm_render_desc {
+    fm_camera camera;
+    uint32_t width, height;  // pixels, 1 to 16384
+    fm_march march;
+    fm_view view;
+    fm_shadow shadow;
+    bool ambient_occlusion;  // from the field, along the face's normal
+    float sun[3];            // towards the sun; all 0: a pleasant default
+    uint32_t slice_axis;     // FM_VIEW_SLICE: 0 x, 1 y, 2 z
+    int32_t slice_index;
+    // What a brush would touch is tinted: an outline for the painting program. NULL: none.
+    const fm_brush *preview;
+    bool crosshair;
+    bool count;  // gather the statistics, which costs a little
+} fm_render_desc;
+
+// Sums over the newest picture rendered with `count`.
+typedef struct fm_render_stats {
+    uint64_t rays;        // primary ones
+    uint64_t hits;        // primary rays that reached a solid voxel
+    uint64_t steps;       // field reads (PLAIN: bit reads) of primary rays
+    uint64_t most_steps;  // of one primary ray
+    uint64_t wrong;       // FM_VIEW_DIFFERENCE: pixels that show another voxel or face than FM_MARCH_PLAIN, or the sky
+} fm_render_stats;
+
+// Renders into memory of its own. Same thread rule as its context.
+typedef struct fm_renderer fm_renderer;
+
+FM_API fm_result fm_renderer_create(fm_context *context, fm_renderer **renderer);
+FM_API void fm_renderer_destroy(fm_renderer *renderer);  // waits for the work in flight
+
+// Renders a world as it is after its newest update, whatever its format, borders and exactness; asynchronous on Vulkan, complete at
+// `ticket` (NULL: waits). The world belongs to the renderer's context. FM_FIELD_SQUARED_U32 is marched by floor(root of the squared
+// distance / root 3) ... as boxes under FM_MARCH_SKIP too. Passes: "march", "shade" (fm_context_passes). Errors:
+// FM_ERROR_INVALID_ARGUMENT, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST.
+FM_API fm_result fm_render(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, fm_ticket *ticket);
+
+// Copies the newest picture: `width` * `height` RGBA pixels of 8 bits each (sRGB, opaque), top row first. Waits for it.
+FM_API fm_result fm_renderer_read(fm_renderer *renderer, uint8_t *pixels);
+// The picture's buffer, RGBA8 as above, valid until the next fm_render of another size. Errors: FM_ERROR_UNSUPPORTED on the CPU.
+FM_API fm_result fm_renderer_vulkan(const fm_renderer *renderer, fm_volume_buffer *buffer);
+FM_API fm_result fm_renderer_stats(fm_renderer *renderer, fm_render_stats *stats);  // waits for the newest picture
+
+// What is under a pixel's centre: the first solid voxel on its ray and the axis of the face, signed (-x is -1, +z is 3); for
+// placing and deleting with the mouse. Marches one ray on the device or CPU and waits. `hit` false: nothing.
+typedef struct fm_pick {
+    bool hit;
+    int32_t voxel[3];
+    int32_t face;  // -3 ... -1, 1 ... 3: outward normal; 0 when the camera is inside the voxel
+    float distance;
+} fm_pick;
+FM_API fm_result fm_render_pick(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, float pixel_x, float pixel_y,
+                                fm_pick *pick);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
