@@ -1,8 +1,17 @@
 # It looks below the public calls, which a shared library hides.
 if(NOT BUILD_SHARED_LIBS)
+    fathom_test(world_parts world_parts.c cases.c)
     fathom_test(world_chunks world_chunks.c)
     if(FATHOM_VULKAN)
         add_test(NAME world_chunks_vulkan COMMAND test_world_chunks --backend vulkan WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
         set_tests_properties(world_chunks_vulkan PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1200)
     endif()
+endif()
+fathom_test(world_transfer world_transfer.c cases.c)
+if(FATHOM_VULKAN)
+    add_test(NAME world_transfer_vulkan COMMAND test_world_transfer --backend vulkan WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    # As on a device whose memory the host does not reach.
+    add_test(NAME world_transfer_staging COMMAND test_world_transfer --backend vulkan WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    set_tests_properties(world_transfer_vulkan world_transfer_staging PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
+    set_property(TEST world_transfer_staging PROPERTY ENVIRONMENT FATHOM_STAGING=1)
 endif()
