@@ -15,3 +15,17 @@ if(FATHOM_VULKAN)
     set_tests_properties(world_transfer_vulkan world_transfer_staging PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
     set_property(TEST world_transfer_staging PROPERTY ENVIRONMENT FATHOM_STAGING=1)
 endif()
+
+# Random edit scripts against a fresh transform. A software driver takes a second over each kernel of each shape.
+fathom_test(world_exact world_exact.c)
+fathom_test(world_args world_args.c)
+if(FATHOM_VULKAN)
+    if(NOT BUILD_SHARED_LIBS)
+        target_compile_definitions(test_world_args PRIVATE WORLD_INTERNALS)
+        target_include_directories(test_world_args SYSTEM PRIVATE ${VULKAN_INCLUDE_DIR})
+    endif()
+    add_test(NAME world_exact_vulkan COMMAND test_world_exact --backend vulkan --stride 3 --steps 120
+             WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    add_test(NAME world_args_vulkan COMMAND test_world_args --backend vulkan WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    set_tests_properties(world_exact_vulkan world_args_vulkan PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1800)
+endif()

@@ -26,6 +26,8 @@ static inline int64_t world_square(int64_t v) {
     return v * v;
 }
 
+__extension__ typedef __int128 world_wide;
+
 // Whether a brush covers a voxel, by its public definition, for positions near the world.
 static inline bool world_covers(const fm_brush *brush, const int32_t at[3]) {
     if (brush->kind == FM_BRUSH_BOX) {
@@ -54,7 +56,7 @@ static inline bool world_covers(const fm_brush *brush, const int32_t at[3]) {
     if (along >= length2) {
         return to2 <= r2;
     }
-    return (__int128)from2 * length2 - (__int128)along * along <= (__int128)r2 * length2;
+    return (world_wide)from2 * length2 - (world_wide)along * along <= (world_wide)r2 * length2;
 }
 
 // The world and its model.
