@@ -81,8 +81,8 @@ fm_volume *bench_world_scene(const fm_scene *scene, const fm_scene_desc *desc);
 
 // A method as it stands when what has no effect is left at 0, and `near` and `far` of SELECTIVE are what they stand for.
 fm_world_method bench_world_method(const fm_world_method *method);
-// Whether there is such a world: formats and borders are not for every algorithm.
-bool bench_world_possible(const fm_world_desc *desc);
+// NULL, or why there is no such world, in the words of the programs' options: formats and borders are not for every algorithm.
+const char *bench_world_refuses(const fm_world_desc *desc);
 
 // Runs one case. False when it failed; `result->failure` says why. A field that is wrong is no failure unless the method is exact.
 bool bench_world_measure(bench_session *session, const fm_volume *start, const bench_world_case *what,

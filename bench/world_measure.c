@@ -59,19 +59,31 @@ fm_world_method bench_world_method(const fm_world_method *method) {
         m.focus_chunks = 0;
         memset(m.focus, 0, sizeof m.focus);
     }
-    if (!iterates(m.algorithm) && !(selective && (iterates(m.near) || iterates(m.far)))) {
+    if (!iterates(m.algorithm) && !(selective && iterates(m.near))) {
         m.convergence = FM_CONVERGE_DEVICE;
     }
     return m;
 }
 
-bool bench_world_possible(const fm_world_desc *desc) {
+const char *bench_world_refuses(const fm_world_desc *desc) {
     const fm_world_method m = bench_world_method(&desc->method);
-    const bool selective = m.algorithm == FM_WORLD_SELECTIVE;
-    if ((desc->format == FM_FIELD_SQUARED_U32 && m.algorithm != FM_WORLD_EXACT) || (selective && m.chunk == 0)) {
-        return false;
+    if (desc->format == FM_FIELD_SQUARED_U32 && m.algorithm != FM_WORLD_EXACT) {
+        return "--format squared is for --algorithm exact";
     }
-    return m.border != FM_BORDER_EXCHANGE || iterates(m.algorithm) || (selective && iterates(m.near) && iterates(m.far));
+    if (m.chunk && m.border == FM_BORDER_EXCHANGE && !iterates(m.algorithm)) {
+        return "--border exchange is for --algorithm fim and jfa-fim";
+    }
+    if (m.algorithm != FM_WORLD_SELECTIVE) {
+        return NULL;
+    }
+    if (m.chunk == 0) {
+        return "--algorithm selective needs --chunk: it chooses by chunk";
+    }
+    if (!iterates(m.near)) {
+        return "--near takes fim and jfa-fim";
+    }
+    const bool jumps = m.far >= FM_WORLD_JFA_PUBLISHED && m.far <= FM_WORLD_JFA_PLUS_2;
+    return jumps ? NULL : "--far takes jfa-published, jfa, jfa-1+ and jfa+2";
 }
 
 double bench_world_fps(const bench_world_result *result) {

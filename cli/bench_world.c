@@ -127,7 +127,7 @@ static void measure_size(const world_plan *plan, bench_session *session, const f
         what.desc.max_distance = plan->formats[f] == FM_FIELD_SQUARED_U32 ? plan->max_distance : 0;
         for (uint32_t m = 0; m < count; m++) {
             what.desc.method = methods[m];
-            if (bench_world_possible(&what.desc)) {
+            if (!bench_world_refuses(&what.desc)) {
                 bench_world_measure(session, start, &what, &plan->limits, &result);
                 note(plan, &result, out);
             }
@@ -470,15 +470,16 @@ static bool read_lists(const world_args *a, world_plan *p) {
 static bool check_methods(const world_plan *p) {
     static fm_world_method methods[MAX_CASES];
     const uint32_t count = list_methods(p, (fm_shape){1, 1, 1}, methods);
+    const char *refusal = NULL;
     for (int f = 0; f < p->format_count; f++) {
         for (uint32_t m = 0; m < count; m++) {
-            if (bench_world_possible(&(fm_world_desc){.format = p->formats[f], .method = methods[m]})) {
+            refusal = bench_world_refuses(&(fm_world_desc){.format = p->formats[f], .method = methods[m]});
+            if (!refusal) {
                 return true;
             }
         }
     }
-    cli_usage("bench world: no algorithm of the list can do that: exchange is for fim, jfa-fim and selective of these, squared for "
-              "exact, and selective needs a chunk");
+    cli_usage("bench world: the lists have nothing that can be measured: %s", refusal);
     return false;
 }
 

@@ -454,7 +454,11 @@ static bool read_method(const world_args *a, world_request *r) {
         return false;
     }
     *method = bench_world_method(method);
-    return true;
+    const char *refusal = bench_world_refuses(&r->desc);
+    if (refusal) {
+        cli_usage("world: %s", refusal);
+    }
+    return !refusal;
 }
 
 static bool read_types(const world_args *a, world_request *r) {
