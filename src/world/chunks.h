@@ -14,6 +14,11 @@ enum {
 
 static const uint32_t fm_site_none = UINT32_MAX;
 
+// Jump flooding of sites over 26 neighbours is exact for Manhattan distances with these steps, though not for others: the way from
+// a voxel's nearest site takes, along each axis, the steps that its length has in binary, each once, and so never leaves the box
+// between the two. Were another site nearer to a voxel q on the way, it would be nearer to its end too, for lengths within the box
+// add up at q; one that is as near is as good there. That of distances moves along one axis a step, and has no such way.
+//
 // The steps of a jump flooding algorithm (JFA_FIM and PUBLISHED_FINAL: those of JFA_PUBLISHED): from the largest power of two below
 // the domains' longest edge, or 1, down to 1; steps of 1 before or of 2 and 1 behind them where the variant has them. Domains that
 // the world's end cuts short take the same steps as the others.

@@ -8,10 +8,11 @@
 #include "world/gpu_world.h"
 
 #include <assert.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum {
-    HEADERS = 16384,     // of lists; each round uses one
+    HEADERS = 8192,      // of lists; each round uses one
     BLOCK_EDGE = 8,      // of chunk_relax.comp where domains have several blocks
     ALONE_EDGE = 16,     // domains up to this are one block
     TILE_THREADS = 256,  // of kernels that own a voxel an invocation
@@ -21,6 +22,7 @@ enum {
 };
 
 static const uint64_t scratch_budget = (uint64_t)1 << 30;
+static const uint64_t pair_voxels = (uint64_t)1 << 20;  // of a batch, up to which steps of jump flooding go two to a dispatch
 static const uint64_t brute_tries = (uint64_t)1 << 36;  // of words, a dispatch: a fraction of a second
 
 _Static_assert(FM_MAX_STEPS < 32 && FM_SITE_BITS == 10, "chunk_sites.comp packs sites so");
@@ -49,6 +51,7 @@ typedef struct chunk_job {
     // The batch.
     fm_gpu_domain *table;
     uint64_t table_address, scratch_address;
+    uint64_t budget;
     uint32_t count;
     uint32_t largest[3];             // edges
     uint64_t scratch;                // bytes
@@ -199,14 +202,17 @@ static fm_result flood(chunk_job *job) {
     uint64_t width = sites ? 4 : 2;
     uint64_t bytes = job->voxels / 8;
     job->push.which = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        bool first = i == 0, last = i + 1 == count && !stays;
-        const uint32_t more[] = {first, last, job->algorithm == FM_WORLD_PUBLISHED_FINAL ? 1 : FM_CHUNK_UNKNOWN};
+    for (uint32_t i = 0; i < count;) {
+        bool pair = !sites && job->voxels <= pair_voxels && i + 1 < count;
+        bool first = i == 0;
         job->push.step = steps[i];
-        FM_TRY(dispatch_voxels(job, sites ? FM_KERNEL_CHUNK_SITES : FM_KERNEL_CHUNK_FLOOD, more, sites ? 2 : 3));
+        i += pair ? 2 : 1;
+        bool last = i == count && !stays;
+        const uint32_t more[] = {first, last, job->algorithm == FM_WORLD_PUBLISHED_FINAL ? 1 : FM_CHUNK_UNKNOWN, pair};
+        FM_TRY(dispatch_voxels(job, sites ? FM_KERNEL_CHUNK_SITES : FM_KERNEL_CHUNK_FLOOD, more, sites ? 2 : 4));
         job->push.which ^= first ? 0 : 1;
         bytes += (first ? 0 : job->voxels * width) + (last ? job->result_voxels * field_width(job) : job->voxels * width);
-        if (i + 1 < count) {
+        if (i < count) {
             barrier(job);
         }
     }
@@ -360,6 +366,12 @@ static fm_result do_alone(chunk_job *job) {
     return FM_OK;
 }
 
+// Scratch memory of a batch. Tests set FATHOM_SCRATCH, so that small worlds take several.
+static uint64_t budget(void) {
+    const char *wish = getenv("FATHOM_SCRATCH");
+    return wish ? strtoull(wish, NULL, 10) : scratch_budget;
+}
+
 static uint64_t volume(const uint32_t size[3]) {
     return (uint64_t)size[0] * size[1] * size[2];
 }
@@ -454,7 +466,7 @@ static void add_to_batch(chunk_job *job, const fm_world_domain *domain) {
 // Whether the batch has become more than scratch memory allows or, for brute force, more than a dispatch should try.
 static bool is_full(const chunk_job *job) {
     bool tries = job->algorithm == FM_WORLD_BRUTE_FORCE && words_at_a_time(job->result_voxels, job->words) < job->words;
-    return job->count > 1 && (tries || job->scratch > scratch_budget);
+    return job->count > 1 && (tries || job->scratch > job->budget);
 }
 
 static void clear_batch(chunk_job *job) {
@@ -581,6 +593,7 @@ fm_result fm_gpu_chunks_update(fm_world *world, const fm_world_job *all, fm_slot
                          .gpu = gpu_world->gpu,
                          .slot = slot,
                          .all = all,
+                         .budget = budget(),
                          .padded = all->domains[0].padded,
                          .linked = all->domains[0].linked,
                          .halo = method->chunk != 0 && method->border == FM_BORDER_HALO,
