@@ -106,12 +106,15 @@ static void W(along_y)(void *user, uint64_t begin, uint64_t end, uint32_t worker
             LANE *row = column + y * TILE;
             LANE *middle = (LANE *)job->middle + ((t + job->tiles * y) * depth + z) * TILE;
             W(sweep)(row, row, y + 1 < rows ? row + TILE : row);
-            if (job->full || W(differ)(row, middle)) {
+            if (job->full) {
+                write_past(middle, row, TILE * sizeof(LANE));
+            } else if (W(differ)(row, middle)) {
                 memcpy(middle, row, TILE * sizeof(LANE));
                 set_flag(&job->dirty_z[t + job->tiles * y]);
             }
         }
     }
+    stream_fence();
 }
 
 // Writes `count` distances to the field where these differ from what is there; whether any did. `full`: nothing is there yet.
@@ -124,12 +127,14 @@ static FM_INLINE bool W(write_run)(const fm_exact_job *job, uint64_t element, ui
         }
         return differs;
     }
-    uint32_t *restrict to = (uint32_t *)job->field + element;
+    uint32_t *to = (uint32_t *)job->field + element;
     if (full) {
-        const uint32_t *restrict voxels = job->voxels + element;
+        const uint32_t *voxels = job->voxels + element;
+        uint32_t entries[TILE];
         for (uint32_t i = 0; i < count; i++) {
-            to[i] = (uint32_t)from[i] << 24 | (voxels[i] & 0xff);
+            entries[i] = (uint32_t)from[i] << 24 | (voxels[i] & 0xff);
         }
+        write_past(to, entries, count * sizeof *entries);
         return true;
     }
     uint32_t differs = 0;
@@ -181,4 +186,5 @@ static void W(along_z)(void *user, uint64_t begin, uint64_t end, uint32_t worker
         }
         W(write_column)(job, (uint32_t)(tile % job->tiles), tile / job->tiles, column);
     }
+    stream_fence();
 }

@@ -61,6 +61,17 @@ static inline void *worker_memory(const fm_exact_job *job, uint32_t worker) {
     return job->workers + worker * job->worker_bytes;
 }
 
+// Past the cache where alignment allows: nobody reads soon what is new everywhere.
+static inline void write_past(void *to, const void *from, size_t bytes) {
+    if (bytes % VECTOR_BYTES != 0 || (uintptr_t)to % VECTOR_BYTES != 0) {
+        memcpy(to, from, bytes);
+        return;
+    }
+    for (size_t i = 0; i < bytes; i += VECTOR_BYTES) {
+        stream((uint8_t *)to + i, load((const uint8_t *)from + i));
+    }
+}
+
 #define LANE uint8_t
 #define NONE UINT8_MAX
 #define W(name) l1_u8_##name
