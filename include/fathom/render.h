@@ -13,13 +13,14 @@ extern "C" {
 // A pinhole camera in voxel units: voxel (x, y, z) fills the cube from (x, y, z) - 0.5 to + 0.5. z points up in the scenes of this
 // project; `up` need not be at right angles to the view.
 typedef struct fm_camera {
-    float position[3];
-    float forward[3];  // any length above 0
-    float up[3];       // all 0: 0, 0, 1
-    float fov_y;       // full vertical angle in degrees, above 0 and below 180; 0: 60
+    float position[3];  // each within 2^19 voxels of 0
+    float forward[3];   // any length above 0
+    float up[3];        // all 0: 0, 0, 1
+    float fov_y;        // full vertical angle in degrees, above 0 and below 180; 0: 60
 } fm_camera;
 
-// How a ray finds the first solid voxel on its way. All three give the same picture, pixel for pixel, on exact fields.
+// How a ray from the camera finds the first solid voxel on its way. All three give the same picture, pixel for pixel, on exact
+// fields. Rays towards the sun always go by FM_MARCH_SKIP.
 typedef enum fm_march {
     // Reads the field and goes as many voxels as the Manhattan distance allows before it reads again; never over a solid voxel.
     FM_MARCH_SKIP = 0,
@@ -37,7 +38,8 @@ typedef enum fm_view {
     FM_VIEW_STEPS,       // field reads a ray, as a heat map
     FM_VIEW_NORMAL,      // faces by direction
     FM_VIEW_DISTANCE,    // how far the ray went
-    FM_VIEW_SLICE,       // the field itself on the plane `slice_axis` = `slice_index`, with isolines, among what stands behind it
+    FM_VIEW_SLICE,       // the field itself on the plane `slice_axis` = `slice_index`, a line at each multiple of 8 voxels, solid
+                         // voxels in their colours, and what stands behind it: all before the plane is cut away
     FM_VIEW_DIFFERENCE,  // grey picture of FM_MARCH_PLAIN; red where this march shows something else
 } fm_view;
 
@@ -50,8 +52,8 @@ typedef struct fm_render_desc {
     bool ambient_occlusion;  // from the field, along the face's normal
     float sun[3];            // towards the sun; all 0: a pleasant default
     uint32_t slice_axis;     // FM_VIEW_SLICE: 0 x, 1 y, 2 z
-    int32_t slice_index;
-    // What a brush would touch is tinted: an outline for the painting program. NULL: none.
+    int32_t slice_index;     // ... a slice of the world
+    // Solid voxels that the brush covers are tinted, the outermost of them more so. NULL: none. Read during the call.
     const fm_brush *preview;
     bool crosshair;
     bool count;  // gather the statistics, which costs a little
@@ -61,7 +63,8 @@ typedef struct fm_render_desc {
 typedef struct fm_render_stats {
     uint64_t rays;        // primary ones
     uint64_t hits;        // primary rays that reached a solid voxel
-    uint64_t steps;       // field reads (PLAIN: bit reads) of primary rays
+    uint64_t steps;       // field reads (PLAIN: bit reads) of primary rays, without those of the beams that they start from on
+                          // Vulkan (one for 64 pixels)
     uint64_t most_steps;  // of one primary ray
     uint64_t wrong;       // FM_VIEW_DIFFERENCE: pixels that show another voxel or face than FM_MARCH_PLAIN, or the sky
 } fm_render_stats;
@@ -73,9 +76,11 @@ FM_API fm_result fm_renderer_create(fm_context *context, fm_renderer **renderer)
 FM_API void fm_renderer_destroy(fm_renderer *renderer);  // waits for the work in flight
 
 // Renders a world as it is after its newest update, whatever its format, borders and exactness; asynchronous on Vulkan, complete at
-// `ticket` (NULL: waits). The world belongs to the renderer's context. FM_FIELD_SQUARED_U32 is marched by floor(root of the squared
-// distance / root 3) ... as boxes under FM_MARCH_SKIP too. Passes: "march", "shade" (fm_context_passes). Errors:
-// FM_ERROR_INVALID_ARGUMENT, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST.
+// `ticket` (NULL: waits). The world belongs to the renderer's context and has been updated once: before that, it shows anything.
+// All voxels nearer to a voxel than its Manhattan distance are air, and so are those nearer than its Euclidean distance rounded up,
+// for the Manhattan distance is never the smaller one: so FM_FIELD_SQUARED_U32 is marched by the root, rounded up. Passes: "beam"
+// (Vulkan: how far all rays of 8 x 8 pixels can go at once) and "march". Errors: FM_ERROR_INVALID_ARGUMENT,
+// FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST.
 FM_API fm_result fm_render(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, fm_ticket *ticket);
 
 // Copies the newest picture: `width` * `height` RGBA pixels of 8 bits each (sRGB, opaque), top row first. Waits for it.
@@ -84,13 +89,14 @@ FM_API fm_result fm_renderer_read(fm_renderer *renderer, uint8_t *pixels);
 FM_API fm_result fm_renderer_vulkan(const fm_renderer *renderer, fm_volume_buffer *buffer);
 FM_API fm_result fm_renderer_stats(fm_renderer *renderer, fm_render_stats *stats);  // waits for the newest picture
 
-// What is under a pixel's centre: the first solid voxel on its ray and the axis of the face, signed (-x is -1, +z is 3); for
-// placing and deleting with the mouse. Marches one ray on the device or CPU and waits. `hit` false: nothing.
+// What is under a place in the picture (whole numbers are the pixels' centres): the first solid voxel on its ray and the axis of
+// the face, signed (-x is -1, +z is 3); for placing and deleting with the mouse. Of `desc` camera, size and march matter. Marches
+// one ray on the device or CPU and waits; the newest picture stays as it is. `hit` false: nothing.
 typedef struct fm_pick {
     bool hit;
     int32_t voxel[3];
-    int32_t face;  // -3 ... -1, 1 ... 3: outward normal; 0 when the camera is inside the voxel
-    float distance;
+    int32_t face;    // -3 ... -1, 1 ... 3: outward normal; 0 when the camera is inside the voxel
+    float distance;  // from the camera to the face, in voxels
 } fm_pick;
 FM_API fm_result fm_render_pick(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, float pixel_x, float pixel_y,
                                 fm_pick *pick);

@@ -3,7 +3,7 @@
 
 const char *fm_purpose_name(fm_purpose purpose) {
     static const char *const names[FM_PURPOSE_COUNT] = {"volumes",      "scratch", "voxels", "field",
-                                                        "update state", "staging", "upload", "readback"};
+                                                        "update state", "pictures", "staging", "upload", "readback"};
     return names[purpose];
 }
 

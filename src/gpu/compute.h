@@ -38,6 +38,9 @@ typedef enum fm_kernel {
     FM_KERNEL_CHUNK_FLOOD,
     FM_KERNEL_CHUNK_RELAX,
     FM_KERNEL_CHUNK_SITES,
+    FM_KERNEL_MARCH,
+    FM_KERNEL_MARCH_BEAM,
+    FM_KERNEL_PICK,
     FM_KERNEL_COUNT
 } fm_kernel;
 

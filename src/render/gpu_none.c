@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: MIT
+#include "render/render.h"
+
+static fm_result unsupported(void) {
+    return fm_fail(FM_ERROR_UNSUPPORTED, "this build of Fathom has no Vulkan backend (FATHOM_VULKAN=OFF)");
+}
+
+fm_result fm_gpu_render_create(fm_renderer *renderer) {
+    (void)renderer;
+    return unsupported();
+}
+
+void fm_gpu_render_destroy(fm_renderer *renderer) {
+    (void)renderer;
+}
+
+fm_result fm_gpu_render_picture(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, fm_ticket *ticket) {
+    (void)renderer, (void)world, (void)picture, (void)ticket;
+    return unsupported();
+}
+
+fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, float x, float y,
+                             fm_pick *pick) {
+    (void)renderer, (void)world, (void)picture, (void)x, (void)y, (void)pick;
+    return unsupported();
+}
+
+fm_result fm_gpu_render_read(fm_renderer *renderer, uint8_t *pixels) {
+    (void)renderer, (void)pixels;
+    return unsupported();
+}
+
+void fm_gpu_render_describe(const fm_renderer *renderer, fm_volume_buffer *buffer) {
+    (void)renderer, (void)buffer;
+}
+
+fm_result fm_gpu_render_stats(fm_renderer *renderer) {
+    (void)renderer;
+    return unsupported();
+}

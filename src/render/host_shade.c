@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+// What a pixel shows: as shaders/include/shade.glsl.
+
+#include "render/host_shade.h"
+
+#include "world/brush.h"
+
+#define PENUMBRA 12.0f
+
+static float mix(float a, float b, float part) {
+    return a + (b - a) * part;
+}
+
+static fm_vec3 mix_light(fm_vec3 a, fm_vec3 b, float part) {
+    return (fm_vec3){{mix(a.v[0], b.v[0], part), mix(a.v[1], b.v[1], part), mix(a.v[2], b.v[2], part)}};
+}
+
+static float clamp(float value, float low, float high) {
+    return value > low ? (value < high ? value : high) : low;
+}
+
+static float dot(const float a[3], const float b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+uint32_t fm_pack_light(fm_vec3 light) {
+    uint32_t pixel = 0xff000000u;
+    for (int i = 0; i < 3; i++) {
+        pixel |= (uint32_t)(sqrtf(clamp(light.v[i], 0, 1)) * 255 + 0.5f) << (8 * i);
+    }
+    return pixel;
+}
+
+fm_vec3 fm_light_of_map(const uint32_t map[256], float part) {
+    const uint32_t color = map[(uint32_t)(clamp(part, 0, 1) * 255 + 0.5f)];
+    fm_vec3 light;
+    for (int i = 0; i < 3; i++) {
+        const float v = (float)(color >> (8 * i) & 0xff) * (1.0f / 255);
+        light.v[i] = v * v;
+    }
+    return light;
+}
+
+fm_vec3 fm_sky_light(const fm_march_push *push, const float way[3]) {
+    static const fm_vec3 zenith = {{0.10f, 0.24f, 0.56f}}, horizon = {{0.56f, 0.68f, 0.82f}}, ground = {{0.30f, 0.32f, 0.36f}};
+    static const float sun[3] = {1.0f, 0.85f, 0.6f};
+    const float scale = 1 / sqrtf(dot(way, way));
+    const float height = way[2] * scale;
+    const float rise = 1 - (height > 0 ? height : 0);
+    fm_vec3 light = mix_light(zenith, horizon, rise * rise * rise);
+    light = mix_light(light, ground, clamp(-6 * height, 0, 1));
+    const float near = fmaxf(dot(way, push->sun) * scale, 0);
+    float glow = near * near;
+    for (int i = 0; i < 4; i++) {
+        glow *= glow;
+    }
+    for (int i = 0; i < 3; i++) {
+        light.v[i] += sun[i] * (0.25f * glow + clamp((near - 0.9993f) * 4000, 0, 1));
+    }
+    return light;
+}
+
+// RGB332 to light, of the voxel's colour.
+static fm_vec3 albedo_of(const fm_grid *grid, const fm_cell *voxel) {
+    const fm_host_world *host = grid->world->host;
+    const uint64_t element = fm_element_at(grid, voxel);
+    const uint32_t color = host->colors ? host->colors[element] : ((const uint32_t *)host->field)[element] & 0xff;
+    fm_vec3 light = {{(float)(color >> 5 & 7) / 7, (float)(color >> 2 & 7) / 7, (float)(color & 3) / 3}};
+    for (int i = 0; i < 3; i++) {
+        const float v = 0.05f + 0.95f * light.v[i];
+        light.v[i] = v * v;
+    }
+    return light;
+}
+
+static float sunlight(const fm_scenery *scenery, const fm_hit *hit) {
+    const fm_grid *grid = &scenery->grid;
+    const bool soft = scenery->picture->desc.shadow == FM_SHADOW_SOFT;
+    const fm_ray ray = fm_make_ray(grid, hit->at.v, scenery->picture->push.sun);
+    fm_vec3 cell;
+    for (int i = 0; i < 3; i++) {
+        const float k = (float)(hit->voxel.v[i] + hit->normal.v[i]);
+        cell.v[i] = ray.mirrored[i] ? ray.size.v[i] - 1 - k : k;
+    }
+    float open = 1, time = 0;
+    while (fm_inside(&ray, &cell)) {
+        const fm_cell at = fm_unmirror(&ray, &cell);
+        const float steps = (float)fm_steps_at(grid, &at);
+        if (steps <= 0) {
+            return 0;
+        }
+        if (soft) {
+            open = fminf(open, (steps - 0.5f) * PENUMBRA / fmaxf(time, 1e-3f));
+        }
+        time = fm_go_ahead(&ray, &cell, steps, FM_MARCH_SKIP);
+    }
+    return open * open * (3 - 2 * open);
+}
+
+// The field between the centres of four voxels across `axis`; `first` has the slice.
+static float length_between(const fm_grid *grid, fm_cell first, const float at[3], int axis) {
+    const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
+    first.v[u] = (int32_t)floorf(at[u] - 0.5f);
+    first.v[v] = (int32_t)floorf(at[v] - 0.5f);
+    const float part_u = at[u] - 0.5f - (float)first.v[u], part_v = at[v] - 0.5f - (float)first.v[v];
+    float row[2];
+    for (int i = 0; i < 2; i++) {
+        fm_cell next = first;
+        next.v[u]++;
+        row[i] = mix(fm_length_around(grid, first), fm_length_around(grid, next), part_u);
+        first.v[v]++;
+    }
+    return mix(row[0], row[1], part_v);
+}
+
+static float openness(const fm_grid *grid, const fm_hit *hit) {
+    static const int places[3] = {1, 3, 6};
+    static const float weights[3] = {0.45f, 0.30f, 0.25f};
+    const int axis = hit->normal.v[0] ? 0 : hit->normal.v[1] ? 1 : 2;
+    float closed = 0;
+    for (int i = 0; i < 3; i++) {
+        fm_cell at = hit->voxel;
+        at.v[axis] += hit->normal.v[axis] * places[i];
+        const float length = length_between(grid, at, hit->at.v, axis);
+        closed += weights[i] * fmaxf(1 - length / (float)places[i], 0);
+    }
+    return 1 - 0.85f * closed;
+}
+
+static bool covers(const fm_gpu_brush *brush, fm_cell at) {
+    return fm_brush_covers(brush, at.v[0], at.v[1], at.v[2]);
+}
+
+static fm_vec3 tint(const fm_gpu_brush *brush, fm_vec3 light, const fm_hit *hit) {
+    if (!covers(brush, hit->voxel)) {
+        return light;
+    }
+    bool edge = false;
+    for (int i = 0; i < 3; i++) {
+        fm_cell before = hit->voxel, behind = hit->voxel;
+        before.v[i] -= hit->normal.v[i] == 0;
+        behind.v[i] += hit->normal.v[i] == 0;
+        edge = edge || !covers(brush, before) || !covers(brush, behind);
+    }
+    return mix_light(light, (fm_vec3){{1.0f, 0.75f, 0.1f}}, edge ? 0.85f : 0.4f);
+}
+
+fm_vec3 fm_surface_light(const fm_scenery *scenery, const fm_hit *hit) {
+    static const float sun_light[3] = {1.05f, 0.97f, 0.82f}, sky_light[3] = {0.36f, 0.43f, 0.54f};
+    const fm_picture *picture = scenery->picture;
+    const float normal[3] = {(float)hit->normal.v[0], (float)hit->normal.v[1], (float)hit->normal.v[2]};
+    float sun = fmaxf(dot(normal, picture->push.sun), 0);
+    if (picture->desc.shadow != FM_SHADOW_NONE && sun > 0) {
+        sun *= sunlight(scenery, hit);
+    }
+    float ambient = 0.82f + 0.18f * normal[2] - 0.10f * fabsf(normal[0]);
+    if (picture->desc.ambient_occlusion && (normal[0] != 0 || normal[1] != 0 || normal[2] != 0)) {
+        ambient *= openness(&scenery->grid, hit);
+    }
+    fm_vec3 light = albedo_of(&scenery->grid, &hit->voxel);
+    for (int i = 0; i < 3; i++) {
+        light.v[i] *= sun_light[i] * sun + sky_light[i] * ambient;
+    }
+    return picture->preview ? tint(&picture->brush, light, hit) : light;
+}
+
+fm_vec3 fm_slice_light(const fm_scenery *scenery, const float at[3], float width) {
+    const fm_grid *grid = &scenery->grid;
+    fm_cell voxel;
+    for (int i = 0; i < 3; i++) {
+        const int32_t last = (int32_t)grid->axes[i] - 1;
+        voxel.v[i] = (int32_t)at[i] < last ? (int32_t)at[i] : last;
+    }
+    if (fm_length_at(grid, &voxel) <= 0) {
+        fm_vec3 light = albedo_of(grid, &voxel);
+        return (fm_vec3){{light.v[0] * 0.8f, light.v[1] * 0.8f, light.v[2] * 0.8f}};
+    }
+    const float value = length_between(grid, voxel, at, (int)scenery->picture->desc.slice_axis);
+    const float off = fabsf(value - 8 * floorf(value * 0.125f + 0.5f));
+    const float line = clamp(1.5f - off / fmaxf(width, 0.08f), 0, 1);
+    return mix_light(fm_light_of_map(scenery->map, value / (value + 24)), (fm_vec3){{0.02f, 0.02f, 0.02f}}, 0.8f * line);
+}
+
+fm_hit fm_hit_of(const fm_ray *ray, const fm_vec3 *cell) {
+    fm_hit hit = {.voxel = fm_unmirror(ray, cell)};
+    const int face = fm_face_of(ray, cell, &hit.time);
+    for (int i = 0; i < 3; i++) {
+        float at = clamp(ray->origin.v[i] + ray->way.v[i] * hit.time, cell->v[i], cell->v[i] + 1);
+        if (i == face) {
+            hit.normal.v[i] = ray->mirrored[i] ? 1 : -1;
+            at = cell->v[i];
+        }
+        hit.at.v[i] = ray->mirrored[i] ? ray->size.v[i] - at : at;
+    }
+    return hit;
+}

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: MIT
+// The public calls of the renderer, and what a camera is in numbers. Arguments are checked here, and nowhere below.
+
+#include "render/render.h"
+
+#include "fathom/io.h"
+#include "world/brush.h"
+
+#include <math.h>
+#include <string.h>
+
+// Positions beyond this are too coarse in floats to tell the voxels that a ray passes.
+enum { FARTHEST = 1 << 19 };
+
+_Static_assert(FM_EXTRA_MAP == FM_EXTRA_BRUSH + sizeof(fm_gpu_brush) && FM_EXTRA_BYTES == FM_EXTRA_MAP + 4 * 256,
+               "shared.h says where the parts lie");
+
+static bool all_finite(const float v[3]) {
+    return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
+}
+
+static bool all_zero(const float v[3]) {
+    return v[0] == 0 && v[1] == 0 && v[2] == 0;
+}
+
+static fm_result check_camera(const fm_camera *camera) {
+    for (int i = 0; i < 3; i++) {
+        if (!(fabsf(camera->position[i]) <= FARTHEST)) {
+            return fm_fail(FM_ERROR_INVALID_ARGUMENT, "camera.position has %c = %g: -%d to %d is accepted", "xyz"[i],
+                           (double)camera -> position[i], FARTHEST, FARTHEST);
+        }
+    }
+    if (!all_finite(camera->forward) || all_zero(camera->forward)) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "camera.forward is %g, %g, %g: finite numbers, not all 0, are wanted",
+                       (double)camera->forward[0], (double)camera->forward[1], (double)camera->forward[2]);
+    }
+    if (!all_finite(camera->up)) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "camera.up is %g, %g, %g: finite numbers are wanted", (double)camera->up[0],
+                       (double)camera->up[1], (double)camera->up[2]);
+    }
+    if (!(camera->fov_y >= 0 && camera->fov_y < 180)) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "camera.fov_y is %g: above 0 and below 180 degrees, or 0 for 60, is accepted",
+                       (double)camera->fov_y);
+    }
+    return FM_OK;
+}
+
+static fm_result check_view(const fm_render_desc *desc, fm_shape shape) {
+    if ((unsigned)desc->march > FM_MARCH_PLAIN) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "march is %d: not an fm_march", (int)desc->march);
+    }
+    if ((unsigned)desc->view > FM_VIEW_DIFFERENCE) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "view is %d: not an fm_view", (int)desc->view);
+    }
+    if ((unsigned)desc->shadow > FM_SHADOW_SOFT) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "shadow is %d: not an fm_shadow", (int)desc->shadow);
+    }
+    if (!all_finite(desc->sun)) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "sun is %g, %g, %g: finite numbers are wanted", (double)desc->sun[0],
+                       (double)desc->sun[1], (double)desc->sun[2]);
+    }
+    if (desc->view != FM_VIEW_SLICE) {
+        return FM_OK;
+    }
+    if (desc->slice_axis > 2) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "slice_axis is %u: 0, 1 and 2 are accepted", desc->slice_axis);
+    }
+    const uint32_t axes[3] = {shape.x, shape.y, shape.z};
+    if (desc->slice_index < 0 || (uint32_t)desc->slice_index >= axes[desc->slice_axis]) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "slice_index is %d: the world has slices 0 to %u there", desc->slice_index,
+                       axes[desc->slice_axis] - 1);
+    }
+    return FM_OK;
+}
+
+static void cross(const double a[3], const double b[3], double out[3]) {
+    for (int i = 0; i < 3; i++) {
+        out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+    }
+}
+
+// Scales to length 1; false for a vector of no length.
+static bool normalize(double v[3]) {
+    const double most = fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
+    if (!(most > 0)) {
+        return false;
+    }
+    double sum = 0;
+    for (int i = 0; i < 3; i++) {
+        v[i] /= most;
+        sum += v[i] * v[i];
+    }
+    for (int i = 0; i < 3; i++) {
+        v[i] /= sqrt(sum);
+    }
+    return true;
+}
+
+static void widen(const float from[3], double to[3]) {
+    for (int i = 0; i < 3; i++) {
+        to[i] = (double)from[i];
+    }
+}
+
+static void set_camera(const fm_render_desc *desc, fm_march_push *push) {
+    double forward[3], up[3], right[3], down[3];
+    widen(desc->camera.forward, forward);
+    normalize(forward);
+    widen(desc->camera.up, up);
+    if (!normalize(up)) {
+        memcpy(up, (const double[3]){0, 0, 1}, sizeof up);
+    }
+    cross(forward, up, right);
+    if (right[0] * right[0] + right[1] * right[1] + right[2] * right[2] < 1e-12) {
+        // Straight up or down: +y stays at the top of the picture, or, where that is the view, +x.
+        const double other[3] = {fabs(forward[1]) > 0.9, fabs(forward[1]) <= 0.9, 0};
+        cross(forward, other, right);
+    }
+    normalize(right);
+    cross(forward, right, down);
+    const double fov = desc->camera.fov_y > 0 ? (double)desc->camera.fov_y : 60;
+    const double pixel = 2 * tan(fov * (3.14159265358979323846 / 360)) / desc->height;
+    for (int i = 0; i < 3; i++) {
+        // Voxels are centred on whole numbers for the caller and begin there for the march.
+        push->origin[i] = desc->camera.position[i] + 0.5f;
+        push->right[i] = (float)(right[i] * pixel);
+        push->down[i] = (float)(down[i] * pixel);
+        push->corner[i] =
+            (float)(forward[i] + right[i] * pixel * (0.5 - 0.5 * desc->width) + down[i] * pixel * (0.5 - 0.5 * desc->height));
+    }
+}
+
+static fm_result make_picture(const fm_renderer *renderer, const fm_world *world, const fm_render_desc *desc, fm_picture *picture) {
+    if (!renderer || !world || !desc) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", !renderer ? "renderer" : world ? "desc" : "world");
+    }
+    if (world->context != renderer->context) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "world belongs to another context than the renderer");
+    }
+    if (desc->width - 1 >= FM_MAX_PIXELS || desc->height - 1 >= FM_MAX_PIXELS) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "the picture is %u x %u: 1 to %d pixels a side are accepted", desc->width,
+                       desc->height, FM_MAX_PIXELS);
+    }
+    FM_TRY(check_camera(&desc->camera));
+    FM_TRY(check_view(desc, world->desc.shape));
+    *picture = (fm_picture){.desc = *desc};
+    if (desc->preview) {
+        fm_result result = fm_brush_prepare(desc->preview, world->desc.shape, &picture->brush, &picture->preview);
+        if (result != FM_OK) {
+            return fm_fail_prefix(result, "preview");
+        }
+    }
+    const fm_shape shape = world->desc.shape;
+    fm_march_push *push = &picture->push;
+    set_camera(desc, push);
+    double sun[3];
+    widen(desc->sun, sun);
+    if (!normalize(sun)) {
+        memcpy(sun, (const double[3]){0.48, -0.56, 0.6757}, sizeof sun);
+        normalize(sun);
+    }
+    for (int i = 0; i < 3; i++) {
+        push->sun[i] = (float)sun[i];
+    }
+    push->size_xy = shape.x | shape.y << 16;
+    push->size_z = shape.z;
+    push->pixels = desc->width | desc->height << 16;
+    push->slice = desc->view == FM_VIEW_SLICE ? desc->slice_axis | (uint32_t)desc->slice_index << 2 : 0;
+    return FM_OK;
+}
+
+fm_result fm_renderer_create(fm_context *context, fm_renderer **result) {
+    if (!context || !result) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", context ? "renderer" : "context");
+    }
+    fm_renderer *renderer = fm_alloc_zero(&context->allocator, sizeof *renderer, "a renderer");
+    if (!renderer) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    renderer->context = context;
+    for (uint32_t i = 0; i < 256; i++) {
+        uint8_t rgb[3];
+        fm_color_map_rgb(FM_COLOR_SEQUENTIAL, i / 255.0, rgb);
+        renderer->map[i] = (uint32_t)rgb[0] | (uint32_t)rgb[1] << 8 | (uint32_t)rgb[2] << 16 | 0xff000000u;
+    }
+    fm_result status = context->gpu ? fm_gpu_render_create(renderer) : FM_OK;
+    if (status != FM_OK) {
+        fm_renderer_destroy(renderer);
+        return status;
+    }
+    *result = renderer;
+    return FM_OK;
+}
+
+void fm_renderer_destroy(fm_renderer *renderer) {
+    if (!renderer) {
+        return;
+    }
+    fm_context *context = renderer->context;
+    fm_gpu_render_destroy(renderer);
+    fm_free(&context->allocator, renderer->pixels, renderer->pixel_bytes);
+    fm_meter_remove(&context->host[FM_PURPOSE_PICTURES], renderer->pixel_bytes);
+    fm_free(&context->allocator, renderer, sizeof *renderer);
+}
+
+fm_result fm_render(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, fm_ticket *ticket) {
+    fm_picture picture;
+    FM_TRY(make_picture(renderer, world, desc, &picture));
+    if (renderer->gpu) {
+        FM_TRY(fm_gpu_render_picture(renderer, world, &picture, ticket));
+    } else {
+        FM_TRY(fm_host_render(renderer, world, &picture));
+        if (ticket) {
+            *ticket = 0;
+        }
+    }
+    renderer->width = desc->width;
+    renderer->height = desc->height;
+    renderer->counted = renderer->counted || desc->count;
+    return FM_OK;
+}
+
+static fm_result check_rendered(const fm_renderer *renderer, const void *result, const char *name) {
+    if (!renderer || !result) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", renderer ? name : "renderer");
+    }
+    if (renderer->width == 0) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "renderer has no picture yet: call fm_render first");
+    }
+    return FM_OK;
+}
+
+fm_result fm_renderer_read(fm_renderer *renderer, uint8_t *pixels) {
+    FM_TRY(check_rendered(renderer, pixels, "pixels"));
+    if (renderer->gpu) {
+        return fm_gpu_render_read(renderer, pixels);
+    }
+    for (uint64_t i = 0; i < (uint64_t)renderer->width * renderer->height; i++) {
+        for (int k = 0; k < 4; k++) {
+            pixels[4 * i + (uint64_t)k] = (uint8_t)(renderer->pixels[i] >> (8 * k));
+        }
+    }
+    return FM_OK;
+}
+
+fm_result fm_renderer_vulkan(const fm_renderer *renderer, fm_volume_buffer *buffer) {
+    FM_TRY(check_rendered(renderer, buffer, "buffer"));
+    if (!renderer->gpu) {
+        return fm_fail(FM_ERROR_UNSUPPORTED, "the picture lies in host memory: use fm_renderer_read");
+    }
+    fm_gpu_render_describe(renderer, buffer);
+    return FM_OK;
+}
+
+fm_result fm_renderer_stats(fm_renderer *renderer, fm_render_stats *stats) {
+    FM_TRY(check_rendered(renderer, stats, "stats"));
+    if (!renderer->counted) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "renderer has counted no picture: set `count` of fm_render_desc");
+    }
+    if (renderer->gpu) {
+        FM_TRY(fm_gpu_render_stats(renderer));
+    }
+    *stats = renderer->stats;
+    return FM_OK;
+}
+
+fm_result fm_render_pick(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, float x, float y, fm_pick *pick) {
+    fm_picture picture;
+    FM_TRY(make_picture(renderer, world, desc, &picture));
+    if (!pick) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "pick is NULL");
+    }
+    if (!(fabsf(x) <= FM_MAX_PIXELS && fabsf(y) <= FM_MAX_PIXELS)) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "pixel_x, pixel_y are %g, %g: -%d to %d is accepted", (double)x, (double)y,
+                       FM_MAX_PIXELS, FM_MAX_PIXELS);
+    }
+    if (renderer->gpu) {
+        return fm_gpu_render_pick(renderer, world, &picture, x, y, pick);
+    }
+    fm_host_pick(world, &picture, x, y, pick);
+    return FM_OK;
+}

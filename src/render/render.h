@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_RENDER_H
+#define FM_RENDER_H
+
+// A renderer as its parts see it. render.c checks arguments and turns a descriptor into a picture's constants; host_render.c and
+// gpu_render.c make the picture from these, with the same arithmetic.
+
+#include "fathom/render.h"
+#include "world/world.h"
+
+enum { FM_MAX_PIXELS = 16384, FM_TILE = 8 };
+
+typedef struct fm_gpu_render fm_gpu_render;
+
+struct fm_renderer {
+    fm_context *context;
+    fm_gpu_render *gpu;      // NULL on the CPU
+    uint32_t width, height;  // of the newest picture; 0: there is none
+    bool counted;            // `stats` are asked for
+    fm_render_stats stats;   // of the newest counted picture; the Vulkan backend fills it in when asked
+    uint32_t *pixels;        // CPU
+    uint64_t pixel_bytes;
+    uint32_t map[256];  // colours of a number from 0 to 255: RGBA, red in the lowest byte
+};
+
+// A picture that has been checked. The addresses of `push` are the backend's.
+typedef struct fm_picture {
+    fm_render_desc desc;
+    fm_march_push push;
+    fm_gpu_brush brush;
+    bool preview;
+} fm_picture;
+
+fm_result fm_host_render(fm_renderer *renderer, const fm_world *world, const fm_picture *picture);
+void fm_host_pick(const fm_world *world, const fm_picture *picture, float x, float y, fm_pick *pick);
+
+fm_result fm_gpu_render_create(fm_renderer *renderer);
+void fm_gpu_render_destroy(fm_renderer *renderer);
+fm_result fm_gpu_render_picture(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, fm_ticket *ticket);
+fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, float x, float y,
+                             fm_pick *pick);
+fm_result fm_gpu_render_read(fm_renderer *renderer, uint8_t *pixels);
+void fm_gpu_render_describe(const fm_renderer *renderer, fm_volume_buffer *buffer);
+fm_result fm_gpu_render_stats(fm_renderer *renderer);
+
+#endif

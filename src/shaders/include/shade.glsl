@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: MIT
+// What a pixel shows: as src/render/host_shade.c. Light adds up in squares of what is stored. Expects march.glsl.
+
+layout(constant_id = 3) const uint VIEW = FM_VIEW_COLOR;
+layout(constant_id = 4) const uint SHADOW = FM_SHADOW_NONE;
+layout(constant_id = 5) const bool OCCLUSION = false;
+layout(constant_id = 6) const bool PREVIEW = false;
+
+#include "brush.glsl"
+
+const uint NO_FACE = 3;
+
+// What a ray meets.
+struct hit_t {
+    ivec3 voxel;
+    ivec3 normal;  // 0: the ray begins in the voxel
+    vec3 at;
+    float time;
+};
+
+const float PENUMBRA = 12.0;  // how far from its occluder a ray is fully lit: distance / PENUMBRA
+
+vec3 sun_way() {
+    return vec3(push.sun[0], push.sun[1], push.sun[2]);
+}
+
+uint load_color(ivec3 voxel) {
+    uint64_t element = element_at(voxel);
+    return FORMAT == FM_GPU_PACKED ? ref_u32(push.field + element * 4).v & 0xffu : uint(ref_u8(push.colors + element).v);
+}
+
+// RGB332 to light.
+vec3 light_of(uint color) {
+    vec3 v = vec3(color >> 5 & 7u, color >> 2 & 7u, color & 3u) * vec3(1.0 / 7.0, 1.0 / 7.0, 1.0 / 3.0);
+    v = 0.05 + 0.95 * v;
+    return v * v;
+}
+
+uint load_map(uint i) {
+    return ref_u32(push.extra + FM_EXTRA_MAP + min(i, 255u) * 4).v;
+}
+
+vec3 light_of_map(float part) {
+    uint color = load_map(uint(clamp(part, 0.0, 1.0) * 255.0 + 0.5));
+    vec3 v = vec3(color & 0xffu, color >> 8 & 0xffu, color >> 16 & 0xffu) * (1.0 / 255.0);
+    return v * v;
+}
+
+vec3 sky(vec3 way) {
+    vec3 toward = way * inversesqrt(dot(way, way));
+    float height = toward.z;
+    float rise = 1.0 - max(height, 0.0);
+    vec3 zenith = vec3(0.10, 0.24, 0.56), horizon = vec3(0.56, 0.68, 0.82), ground = vec3(0.30, 0.32, 0.36);
+    vec3 light = mix(zenith, horizon, rise * rise * rise);
+    light = mix(light, ground, clamp(-6.0 * height, 0.0, 1.0));
+    float near = max(dot(toward, sun_way()), 0.0);
+    float glow = near * near;
+    glow *= glow;
+    glow *= glow;
+    glow *= glow;
+    glow *= glow;
+    return light + vec3(1.0, 0.85, 0.6) * (0.25 * glow + clamp((near - 0.9993) * 4000.0, 0.0, 1.0));
+}
+
+// 1 in full sunlight, 0 in the shadow. `cell` is the air before the face.
+float sunlight(vec3 at, ivec3 cell) {
+    ray_t ray = make_ray(at, sun_way());
+    vec3 k = mix(vec3(cell), ray.size - 1.0 - vec3(cell), equal(ray.mirrored, uvec3(1)));
+    float open = 1.0;
+    float time = 0.0;
+    while (inside(ray, k)) {
+        float steps = float(steps_of(load_entry(element_of(ray, k))));
+        if (steps <= 0) {
+            return 0.0;
+        }
+        if (SHADOW == FM_SHADOW_SOFT) {
+            open = min(open, (steps - 0.5) * PENUMBRA / max(time, 1e-3));
+        }
+        k = go_ahead(ray, k, steps, FM_MARCH_SKIP, time);
+    }
+    return open * open * (3.0 - 2.0 * open);
+}
+
+// How open the space before a face is, from the field at three places along the normal, each between four voxels.
+float openness(hit_t hit) {
+    const float places[3] = {1.0, 3.0, 6.0};
+    const float weights[3] = {0.45, 0.30, 0.25};
+    uint axis = hit.normal.x != 0 ? 0 : hit.normal.y != 0 ? 1 : 2;
+    uint u = axis == 0 ? 1 : 0;
+    uint v = axis == 2 ? 1 : 2;
+    ivec3 first = hit.voxel;
+    float from_u = hit.at[u] - 0.5, from_v = hit.at[v] - 0.5;
+    first[u] = int(floor(from_u));
+    first[v] = int(floor(from_v));
+    float part_u = from_u - float(first[u]), part_v = from_v - float(first[v]);
+    ivec3 along_u = ivec3(0), along_v = ivec3(0);
+    along_u[u] = 1;
+    along_v[v] = 1;
+    float closed = 0.0;
+    [[unroll]] for (int i = 0; i < 3; i++) {
+        ivec3 at = first + hit.normal * int(places[i]);
+        float near = mix(length_around(at), length_around(at + along_u), part_u);
+        float far = mix(length_around(at + along_v), length_around(at + along_u + along_v), part_u);
+        closed += weights[i] * max(1.0 - mix(near, far, part_v) / places[i], 0.0);
+    }
+    return 1.0 - 0.85 * closed;
+}
+
+// A voxel that the brush covers is tinted, more so where one beside it in the face's plane is not covered.
+vec3 tint(vec3 light, hit_t hit) {
+    ref_brush brush = ref_brush(push.extra + FM_EXTRA_BRUSH);
+    if (!brush_covers(brush, hit.voxel)) {
+        return light;
+    }
+    bool edge = false;
+    [[unroll]] for (int i = 0; i < 3; i++) {
+        ivec3 beside = ivec3(0);
+        beside[i] = 1 - abs(hit.normal[i]);
+        edge = edge || !brush_covers(brush, hit.voxel + beside) || !brush_covers(brush, hit.voxel - beside);
+    }
+    return mix(light, vec3(1.0, 0.75, 0.1), edge ? 0.85 : 0.4);
+}
+
+vec3 surface(hit_t hit) {
+    vec3 normal = vec3(hit.normal);
+    vec3 albedo = light_of(load_color(hit.voxel));
+    float faces = dot(normal, sun_way());
+    float sun = max(faces, 0.0);
+    if (SHADOW != FM_SHADOW_NONE && sun > 0) {
+        sun *= sunlight(hit.at, hit.voxel + hit.normal);
+    }
+    float ambient = 0.82 + 0.18 * normal.z - 0.10 * abs(normal.x);
+    if (OCCLUSION && hit.normal != ivec3(0)) {
+        ambient *= openness(hit);
+    }
+    vec3 light = albedo * (vec3(1.05, 0.97, 0.82) * sun + vec3(0.36, 0.43, 0.54) * ambient);
+    return PREVIEW ? tint(light, hit) : light;
+}
+
+vec3 faces_by_direction(ivec3 normal) {
+    vec3 v = 0.5 + 0.45 * vec3(normal);
+    return v * v;
+}
+
+uint pack_light(vec3 light) {
+    uvec3 v = uvec3(sqrt(clamp(light, 0.0, 1.0)) * 255.0 + 0.5);
+    return v.x | v.y << 8 | v.z << 16 | 0xff000000u;
+}

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#version 460
+#include "memory.glsl"
+#include "march.glsl"
+#include "shade.glsl"
+
+// One invocation owns a pixel, a work group a tile of 8 x 8. It reads the field where its ray goes, for shadows where the ray to the
+// sun goes, and 12 voxels for the occlusion; the colour of one voxel; and writes 4 bytes.
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(constant_id = 7) const bool BEAM = false;   // march_beam.comp says where a tile's rays may begin
+layout(constant_id = 8) const bool COUNT = false;  // sums over the picture
+layout(constant_id = 9) const bool CROSSHAIR = false;
+
+shared uint sums[FM_STATS_WORDS];
+
+struct found_t {
+    uint solid;  // 1: the ray meets a solid voxel
+    vec3 cell;
+    uint reads;
+};
+
+found_t find(ray_t ray, vec3 start, uint how) {
+    found_t found;
+    found.cell = start;
+    found.reads = 0;
+    found.solid = march_ray(ray, found.cell, how, found.reads) ? 1 : 0;
+    return found;
+}
+
+hit_t hit_of(ray_t ray, vec3 cell) {
+    hit_t hit;
+    uint face = face_of(ray, cell, hit.time);
+    hit.voxel = unmirror(ray, cell);
+    hit.normal = ivec3(0);
+    vec3 at = clamp(ray.origin + ray.way * hit.time, cell, cell + 1.0);
+    [[unroll]] for (uint i = 0; i < 3; i++) {
+        if (i == face) {
+            hit.normal[i] = ray.mirrored[i] == 1 ? 1 : -1;
+            at[i] = cell[i];
+        }
+    }
+    hit.at = unmirror_point(ray, at);
+    return hit;
+}
+
+// Where the tile's beam ends, unless rounding puts that beside the path.
+vec3 skip_ahead(ray_t ray, vec3 start, float time, float beam) {
+    if (beam > time) {
+        vec3 ahead = cell_at(ray, beam);
+        if (most(enter_times(ray, ahead)) < least(leave_times(ray, ahead))) {
+            return ahead;
+        }
+    }
+    return start;
+}
+
+// The time at which a ray meets the plane of the slice inside of the world; below 0: never.
+float slice_time(vec3 origin, vec3 way, out vec3 at) {
+    uint axis = push.slice & 3u;
+    float plane = float(push.slice >> 2) + 0.5;
+    float toward = way[axis];
+    float time = toward != 0 ? (plane - origin[axis]) / toward : -1.0;
+    at = origin + way * time;
+    at[axis] = plane;
+    return time;
+}
+
+// The field on the slice with a line wherever it passes a multiple of 8; solid voxels as they are.
+vec3 slice_light(vec3 at, float width) {
+    uint axis = push.slice & 3u;
+    ivec3 voxel = min(ivec3(at), ivec3(world_axes()) - 1);
+    if (length_at(voxel) == 0) {
+        return light_of(load_color(voxel)) * 0.8;
+    }
+    uint u = axis == 0 ? 1 : 0;
+    uint v = axis == 2 ? 1 : 2;
+    ivec3 first = voxel;
+    first[u] = int(floor(at[u] - 0.5));
+    first[v] = int(floor(at[v] - 0.5));
+    ivec3 along_u = ivec3(0), along_v = ivec3(0);
+    along_u[u] = 1;
+    along_v[v] = 1;
+    float part_u = at[u] - 0.5 - float(first[u]), part_v = at[v] - 0.5 - float(first[v]);
+    float near = mix(length_around(first), length_around(first + along_u), part_u);
+    float far = mix(length_around(first + along_v), length_around(first + along_u + along_v), part_u);
+    float value = mix(near, far, part_v);
+    float off = abs(value - 8.0 * floor(value * 0.125 + 0.5));
+    float line = clamp(1.5 - off / max(width, 0.08), 0.0, 1.0);
+    return mix(light_of_map(value / (value + 24.0)), vec3(0.02), 0.8 * line);
+}
+
+void add_sum(uint word, uint value) {
+    uint before = atomicAdd(sums[word], value);
+    if (before + value < before) {
+        atomicAdd(sums[word + 1], 1u);
+    }
+}
+
+void add_total(uint word) {
+    fm_address stats = ref_u64(push.extra + FM_EXTRA_STATS).v + word * 4;
+    uint before = atomicAdd(ref_u32(stats).v, sums[word]);
+    uint carry = before + sums[word] < before ? 1 : 0;
+    if (sums[word + 1] + carry > 0) {
+        atomicAdd(ref_u32(stats + 4).v, sums[word + 1] + carry);
+    }
+}
+
+void begin_sums() {
+    if (COUNT) {
+        if (gl_LocalInvocationIndex < FM_STATS_WORDS) {
+            sums[gl_LocalInvocationIndex] = 0;
+        }
+        barrier();
+    }
+}
+
+void end_sums(bool counted, found_t found, bool wrong) {
+    if (!COUNT) {
+        return;
+    }
+    if (counted) {
+        add_sum(FM_STATS_RAYS, 1);
+        add_sum(FM_STATS_HITS, found.solid);
+        add_sum(FM_STATS_STEPS, found.reads);
+        add_sum(FM_STATS_WRONG, wrong ? 1 : 0);
+        atomicMax(sums[FM_STATS_MOST], found.reads);
+    }
+    barrier();
+    if (gl_LocalInvocationIndex == 0) {
+        add_total(FM_STATS_RAYS);
+        add_total(FM_STATS_HITS);
+        add_total(FM_STATS_STEPS);
+        add_total(FM_STATS_WRONG);
+        atomicMax(ref_u32(ref_u64(push.extra + FM_EXTRA_STATS).v + FM_STATS_MOST * 4).v, sums[FM_STATS_MOST]);
+    }
+}
+
+// A cross in the middle that shows on every ground.
+uint with_crosshair(uint color, uvec2 pixel, uvec2 pixels) {
+    uint arm = max(pixels.y / 60, 4u), half_width = max(pixels.y / 720, 1u);
+    uvec2 off = uvec2(abs(ivec2(pixel * 2u + 1u) - ivec2(pixels)));  // in half pixels
+    bool cross = (off.x <= 2 * half_width && off.y <= 2 * arm) || (off.y <= 2 * half_width && off.x <= 2 * arm);
+    return cross ? color ^ 0x00ffffffu : color;
+}
+
+vec3 light_of_pixel(ray_t ray, vec3 way, found_t found, float slice, vec3 slice_at, bool wrong) {
+    if (VIEW == FM_VIEW_STEPS) {
+        return light_of_map(log2(1.0 + float(found.reads)) * 0.125);
+    }
+    if (VIEW == FM_VIEW_SLICE && slice >= 0) {
+        vec3 right = vec3(push.right[0], push.right[1], push.right[2]);
+        return slice_light(slice_at, 0.6 * slice * sqrt(dot(right, right)));
+    }
+    if (found.solid == 0) {
+        vec3 light = VIEW == FM_VIEW_COLOR || VIEW == FM_VIEW_SLICE ? sky(way) : vec3(0.01);
+        return wrong ? vec3(1, 0, 0) : light;
+    }
+    hit_t hit = hit_of(ray, found.cell);
+    switch (VIEW) {
+    case FM_VIEW_NORMAL:
+        return faces_by_direction(hit.normal);
+    case FM_VIEW_DISTANCE: {
+        float far = hit.time * sqrt(dot(way, way));
+        return light_of_map(1.0 - far / (far + most(ray.size)));
+    }
+    case FM_VIEW_DIFFERENCE: {
+        vec3 light = surface(hit);
+        return wrong ? vec3(1, 0, 0) : vec3(0.5 * dot(light, vec3(0.3, 0.6, 0.1)));
+    }
+    default:
+        return surface(hit);
+    }
+}
+
+void main() {
+    begin_sums();
+    uvec2 pixels = uvec2(push.pixels & 0xffffu, push.pixels >> 16);
+    uint tiles = (pixels.x + 7u) / 8u;
+    uint64_t tile = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
+    uvec2 pixel = uvec2(uint(tile % tiles), uint(tile / tiles)) * 8u + gl_LocalInvocationID.xy;
+    bool counted = pixel.x < pixels.x && pixel.y < pixels.y;
+    found_t found;
+    found.solid = 0;
+    found.reads = 0;
+    bool wrong = false;
+    if (counted) {
+        vec3 way = pixel_way(vec2(pixel));
+        ray_t ray = make_ray(camera_place(), way);
+        float time = entry_time(ray);
+        vec3 slice_at = vec3(0);
+        float slice = -1.0;
+        bool cut = false;
+        if (VIEW == FM_VIEW_SLICE) {
+            slice = slice_time(camera_place(), way, slice_at);
+            cut = slice < 0;
+            time = max(time, slice);
+            bool within = all(greaterThanEqual(slice_at, vec3(0))) && all(lessThan(slice_at, ray.size));
+            slice = within ? slice : -1.0;
+        }
+        vec3 start = cell_at(ray, time);
+        vec3 from = BEAM ? skip_ahead(ray, start, time, uintBitsToFloat(ref_u32(push.beam + tile * 4).v)) : start;
+        found.cell = start;
+        if (!cut && slice < 0) {
+            found = find(ray, from, MARCH);
+        }
+        if (VIEW == FM_VIEW_DIFFERENCE) {
+            found_t right = find(ray, start, FM_MARCH_PLAIN);
+            wrong = right.solid != found.solid || (found.solid == 1 && right.cell != found.cell);
+            found.solid = right.solid;
+            found.cell = right.cell;
+        }
+        uint color = pack_light(light_of_pixel(ray, way, found, slice, slice_at, wrong));
+        ref_u32(push.picture + (uint64_t(pixel.y) * pixels.x + pixel.x) * 4).v =
+            CROSSHAIR ? with_crosshair(color, pixel, pixels) : color;
+    }
+    end_sums(counted, found, wrong);
+}
