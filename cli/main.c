@@ -17,6 +17,9 @@ static int command_version(int argc, char **argv);
 static const command commands[] = {
     {"transform", "compute a distance field", command_transform},
     {"world", "edit voxels and keep their distance field exact", command_world},
+#ifdef CLI_PAINT
+    {"paint", "fly through a world, dig and build in it", command_paint},
+#endif
     {"info", "describe a file", command_info},
     {"slice", "write a slice of a volume as PNG", command_slice},
     {"convert", "copy a volume into another format", command_convert},

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_APP_AUTO_H
+#define FM_APP_AUTO_H
+
+// The published benchmark: random edits at a fixed interval while the camera flies a fixed path, every frame measured.
+
+#include "fathom/render.h"
+
+#include <stdio.h>
+
+typedef struct auto_desc {
+    uint64_t seed;
+    double interval_ms;  // from edit to edit; 0: one a frame
+    double seconds;      // of measuring
+    uint32_t frames;     // instead of `seconds`, when above 0: the camera's path takes so many
+    uint32_t radius;     // edits have radii from 1 to this
+    const char *csv;     // NULL: none
+} auto_desc;
+
+typedef struct auto_frame {
+    double start_ms;  // since the first frame
+    double delta_ms;  // to the start of the next
+    double field_ms, march_ms;
+    uint32_t edits;
+} auto_frame;
+
+typedef struct auto_run {
+    auto_desc desc;
+    fm_shape shape;
+    double begin_ms;
+    uint64_t edits;  // so far
+    auto_frame *frames;
+    uint64_t count, capacity;
+} auto_run;
+
+void auto_begin(auto_run *run, const auto_desc *desc, fm_shape shape, double now_ms);
+void auto_free(auto_run *run);
+// Whether what was asked for has been measured.
+bool auto_over(const auto_run *run, double now_ms);
+// The edits due, at most `capacity`; they are taken.
+uint32_t auto_edits(auto_run *run, double now_ms, fm_brush *brushes, uint32_t capacity);
+fm_camera auto_camera(const auto_run *run, double now_ms);
+// False when out of memory.
+bool auto_record(auto_run *run, const auto_frame *frame);
+// Writes the table of frames where one is wanted, and prints the summary. False when that failed: stderr has been told why.
+bool auto_finish(auto_run *run, FILE *stream);
+
+#endif

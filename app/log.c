@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: MIT
+#include "log.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { MAX_WIDGETS = 256, NAME = 48 };
+
+typedef struct widget {
+    char name[NAME];
+    int place[4];
+    bool seen;
+} widget;
+
+static FILE *stream;
+static widget widgets[MAX_WIDGETS];
+static int widget_count;
+
+bool log_open(const char *path) {
+    stream = path ? fopen(path, "w") : NULL;
+    if (stream) {
+        setvbuf(stream, NULL, _IOLBF, 0);
+    }
+    return stream || !path;
+}
+
+void log_close(void) {
+    if (stream) {
+        fclose(stream);
+    }
+    stream = NULL;
+}
+
+bool log_wanted(void) {
+    return stream != NULL;
+}
+
+void log_event(const char *format, ...) {
+    if (stream) {
+        va_list arguments;
+        va_start(arguments, format);
+        vfprintf(stream, format, arguments);
+        va_end(arguments);
+        fputc('\n', stream);
+    }
+}
+
+static widget *find_widget(const char *name) {
+    for (int i = 0; i < widget_count; i++) {
+        if (strcmp(widgets[i].name, name) == 0) {
+            return &widgets[i];
+        }
+    }
+    if (widget_count == MAX_WIDGETS) {
+        return NULL;
+    }
+    widget *added = &widgets[widget_count++];
+    *added = (widget){.place = {-1, -1, -1, -1}};
+    snprintf(added->name, sizeof added->name, "%s", name);
+    return added;
+}
+
+void log_widget(const char *name, float x0, float y0, float x1, float y1) {
+    widget *w = stream ? find_widget(name) : NULL;
+    const int place[4] = {(int)x0, (int)y0, (int)x1, (int)y1};
+    if (!w) {
+        return;
+    }
+    w->seen = true;
+    if (memcmp(w->place, place, sizeof place) != 0) {
+        memcpy(w->place, place, sizeof place);
+        log_event("widget %s %d %d %d %d", name, place[0], place[1], place[2], place[3]);
+    }
+}
+
+void log_widgets_end(void) {
+    int kept = 0;
+    for (int i = 0; i < widget_count; i++) {
+        if (widgets[i].seen) {
+            widgets[kept] = widgets[i];
+            widgets[kept++].seen = false;
+        }
+    }
+    widget_count = kept;
+}

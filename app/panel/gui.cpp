@@ -1,0 +1,585 @@
+// SPDX-License-Identifier: MIT
+#include "gui.h"
+
+#include "../log.h"
+
+extern "C" {
+#include "words.h"
+}
+
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_vulkan.h>
+#include <imgui.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+namespace {
+
+VkDevice device;
+VkDescriptorPool pool;
+bool open_;
+
+const ImVec4 warning(1.00f, 0.72f, 0.30f, 1.0f), failure(1.00f, 0.45f, 0.40f, 1.0f), quiet(0.62f, 0.66f, 0.70f, 1.0f);
+const ImU32 line_color = IM_COL32(110, 200, 255, 255);
+
+// Where the last item is, for programs that drive the window.
+void note(const char *name) {
+    if (log_wanted()) {
+        const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
+        log_widget(name, a.x, a.y, b.x, b.y);
+    }
+}
+
+void note_choice(const char *name, const char *word) {
+    char full[64];
+    snprintf(full, sizeof full, "%s/%s", name, word);
+    note(full);
+}
+
+void label(const char *text) {
+    const float left = ImGui::GetCursorPosX();
+    ImGui::AlignTextToFramePadding();
+    ImGui::TextUnformatted(text);
+    ImGui::SameLine();
+    ImGui::SetCursorPosX(left + ImGui::GetFontSize() * 5.2f);
+    ImGui::SetNextItemWidth(-1);
+}
+
+// Choices beside each other.
+bool begin_pair() {
+    return ImGui::BeginTable("pair", 2, ImGuiTableFlags_SizingStretchSame | ImGuiTableFlags_NoPadOuterX);
+}
+
+// A list of words that ends with NULL. Returns whether another one was chosen.
+bool choose(const char *name, const char *const *words, int *value) {
+    char id[48];
+    snprintf(id, sizeof id, "##%s", name);
+    label(name);
+    bool changed = false;
+    const bool opened = ImGui::BeginCombo(id, words[*value], ImGuiComboFlags_HeightLarge);
+    note(name);
+    if (opened) {
+        for (int i = 0; words[i]; i++) {
+            if (ImGui::Selectable(words[i], i == *value)) {
+                changed = i != *value;
+                *value = i;
+            }
+            note_choice(name, words[i]);
+        }
+        ImGui::EndCombo();
+    }
+    return changed;
+}
+
+template <typename Enum> bool choose_enum(const char *name, const char *const *words, Enum *value) {
+    int place = static_cast<int>(*value);
+    const bool changed = choose(name, words, &place);
+    *value = static_cast<Enum>(place);
+    return changed;
+}
+
+// One of a few numbers.
+bool choose_number(const char *name, const uint32_t *numbers, int count, const char *zero, uint32_t *value) {
+    char texts[16][24];
+    const char *words[17] = {};
+    int place = 0;
+    for (int i = 0; i < count; i++) {
+        snprintf(texts[i], sizeof texts[i], "%u", numbers[i]);
+        words[i] = numbers[i] == 0 && zero ? zero : texts[i];
+        place = numbers[i] == *value ? i : place;
+    }
+    const bool changed = choose(name, words, &place);
+    *value = changed ? numbers[place] : *value;
+    return changed;
+}
+
+void check(const char *name, const char *text, bool *value) {
+    ImGui::Checkbox(text, value);
+    note(name);
+}
+
+bool button(const char *name, const char *text, bool enabled = true) {
+    ImGui::BeginDisabled(!enabled);
+    const bool pressed = ImGui::Button(text);
+    note(name);
+    ImGui::EndDisabled();
+    return pressed;
+}
+
+float graph_top(const readings_graph &graph) {
+    float most = 0;
+    for (uint32_t i = 0; i < graph.count; i++) {
+        most = fmaxf(most, graph.values[i]);
+    }
+    // 1, 2 or 5 times a power of ten, so that the scale stays put.
+    const float power = powf(10, floorf(log10f(fmaxf(most, 1e-3f))));
+    const float steps[] = {1, 2, 5, 10};
+    for (float step : steps) {
+        if (most <= step * power) {
+            return step * power;
+        }
+    }
+    return 10 * power;
+}
+
+void draw_graph(const char *title, const readings_graph &graph, float mark_ms) {
+    const ImVec2 at = ImGui::GetCursorScreenPos(), size(ImGui::GetContentRegionAvail().x, ImGui::GetFontSize() * 4.2f);
+    ImGui::Dummy(size);
+    ImDrawList *list = ImGui::GetWindowDrawList();
+    const ImVec2 end(at.x + size.x, at.y + size.y);
+    const float top = graph_top(graph), head = ImGui::GetFontSize() * 1.25f;
+    const auto height = [&](float value) { return end.y - 2 - (size.y - head - 2) * fminf(value / top, 1); };
+    list->AddRectFilled(at, end, IM_COL32(0, 0, 0, 110), 3);
+    list->AddLine(ImVec2(at.x, height(top)), ImVec2(end.x, height(top)), IM_COL32(255, 255, 255, 35));
+    list->AddLine(ImVec2(at.x, height(top / 2)), ImVec2(end.x, height(top / 2)), IM_COL32(255, 255, 255, 20));
+    if (mark_ms > 0 && mark_ms < top) {
+        list->AddLine(ImVec2(at.x, height(mark_ms)), ImVec2(end.x, height(mark_ms)), IM_COL32(120, 230, 140, 110));
+    }
+    float sum = 0, most = 0;
+    ImVec2 last;
+    for (uint32_t i = 0; i < graph.count; i++) {
+        const uint32_t place = (graph.next + READINGS_GRAPH - graph.count + i) % READINGS_GRAPH;
+        const float value = graph.values[place];
+        const float right = static_cast<float>(READINGS_GRAPH - graph.count + i) / (READINGS_GRAPH - 1);
+        const ImVec2 point(at.x + size.x * right, height(value));
+        if (i > 0) {
+            list->AddLine(last, point, line_color, 1.5f);
+        } else if (graph.count == 1) {
+            list->AddCircleFilled(ImVec2(end.x - 3, point.y), 2, line_color);
+        }
+        last = point;
+        sum += value;
+        most = fmaxf(most, value);
+    }
+    char text[96];
+    if (graph.count) {
+        const float newest = graph.values[(graph.next + READINGS_GRAPH - 1) % READINGS_GRAPH];
+        snprintf(text, sizeof text, "%s  %.3g ms   mean %.3g   most %.3g", title, static_cast<double>(newest),
+                 static_cast<double>(sum) / graph.count, static_cast<double>(most));
+    } else {
+        snprintf(text, sizeof text, "%s  -", title);
+    }
+    list->AddText(ImVec2(at.x + 5, at.y + 1), ImGui::GetColorU32(ImGuiCol_Text), text);
+    char scale[32];
+    snprintf(scale, sizeof scale, "%g", static_cast<double>(top));
+    const ImVec2 scale_size = ImGui::CalcTextSize(scale);
+    list->AddText(ImVec2(end.x - scale_size.x - 4, height(top) + 1), IM_COL32(255, 255, 255, 120), scale);
+}
+
+const char *bytes_text(uint64_t bytes, char text[32]) {
+    static const char *const units[] = {"B", "KiB", "MiB", "GiB", "TiB"};
+    double value = static_cast<double>(bytes);
+    int unit = 0;
+    for (; value >= 1024 && unit < 4; unit++) {
+        value /= 1024;
+    }
+    snprintf(text, 32, unit && value < 100 ? "%.1f %s" : "%.0f %s", value, units[unit]);
+    return text;
+}
+
+void show_purpose(const char *purpose, const char *where, uint64_t bytes) {
+    char text[32];
+    ImGui::TableNextColumn();
+    const float right = ImGui::GetCursorPosX() + ImGui::GetContentRegionAvail().x;
+    ImGui::Text("%s%s", purpose, where);
+    ImGui::SameLine();
+    ImGui::SetCursorPosX(right - ImGui::CalcTextSize(bytes_text(bytes, text)).x);
+    ImGui::TextColored(quiet, "%s", text);
+}
+
+void show_memory(const readings *r) {
+    if (!begin_pair()) {
+        return;
+    }
+    for (uint32_t i = 0; i < r->memory_count; i++) {
+        const fm_memory &memory = r->memory[i];
+        if (memory.bytes) {
+            show_purpose(memory.purpose, memory.device ? "" : " (host)", memory.bytes);
+        }
+    }
+    char name[32];
+    snprintf(name, sizeof name, "undo, %u steps", r->undo + r->redo);
+    show_purpose(name, "", r->history_bytes);
+    ImGui::EndTable();
+}
+
+void show_colors(paint_settings *s) {
+    label("colour");
+    const float edge = ImGui::GetFrameHeight();
+    for (int i = 0; i < PAINT_COLORS; i++) {
+        const uint8_t c = paint_colors[i];
+        const ImVec4 color((c >> 5) / 7.0f, (c >> 2 & 7) / 7.0f, (c & 3) / 3.0f, 1);
+        char id[32];
+        snprintf(id, sizeof id, "%d %s", i + 1, paint_color_words[i]);
+        if (ImGui::ColorButton(id, color, ImGuiColorEditFlags_NoTooltip, ImVec2(edge, edge))) {
+            s->color = static_cast<uint32_t>(i);
+        }
+        note_choice("colour", paint_color_words[i]);
+        if (ImGui::IsItemHovered()) {
+            ImGui::SetTooltip("%s", id);
+        }
+        if (s->color == static_cast<uint32_t>(i)) {
+            const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
+            ImGui::GetWindowDrawList()->AddRect(ImVec2(a.x - 1, a.y - 1), ImVec2(b.x + 1, b.y + 1), IM_COL32_WHITE, 2, 0, 2);
+        }
+        if (i + 1 < PAINT_COLORS) {
+            ImGui::SameLine(0, 3);
+        }
+    }
+}
+
+void show_brush(paint_settings *s, const readings *r, gui_request *request) {
+    show_colors(s);
+    if (begin_pair()) {
+        ImGui::TableNextColumn();
+        label("radius");
+        int radius = static_cast<int>(s->radius);
+        const ImGuiSliderFlags flags = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic;
+        ImGui::SliderInt("##radius", &radius, 0, PAINT_MOST_RADIUS, "%d", flags);
+        note("radius");
+        s->radius = static_cast<uint32_t>(radius);
+        ImGui::TableNextColumn();
+        label("speed");
+        ImGui::SliderFloat("##speed", &s->speed, 1, 1000, "%.0f", flags);
+        note("speed");
+        ImGui::EndTable();
+    }
+    request->undo = button("undo", "Undo", r->undo > 0);
+    ImGui::SameLine();
+    request->redo = button("redo", "Redo", r->redo > 0);
+    ImGui::SameLine();
+    request->screenshot = button("screenshot", "Screenshot");
+    ImGui::SameLine();
+    request->quit = button("quit", "Quit");
+    label("file");
+    ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 7.2f);
+    ImGui::InputText("##file", s->path, sizeof s->path);
+    note("file");
+    ImGui::SameLine();
+    request->save = button("save", "Save");
+    ImGui::SameLine();
+    request->load = button("load", "Load");
+}
+
+// Where the world's edges differ, as those of a file may, the list shows none of its numbers until one is chosen.
+bool choose_size(paint_settings *s) {
+    static const uint32_t sizes[] = {32, 64, 96, 128, 192, 256, 384, 512, 768, 1024};
+    char own[64];
+    if (s->shape.x == s->shape.y && s->shape.y == s->shape.z) {
+        snprintf(own, sizeof own, "%u", s->shape.x);
+    } else {
+        snprintf(own, sizeof own, "%u x %u x %u", s->shape.x, s->shape.y, s->shape.z);
+    }
+    label("size");
+    const bool opened = ImGui::BeginCombo("##size", own, ImGuiComboFlags_HeightLarge);
+    note("size");
+    bool changed = false;
+    if (opened) {
+        for (uint32_t size : sizes) {
+            char text[16];
+            snprintf(text, sizeof text, "%u", size);
+            if (ImGui::Selectable(text, strcmp(text, own) == 0)) {
+                s->shape = {size, size, size};
+                changed = true;
+            }
+            note_choice("size", text);
+        }
+        ImGui::EndCombo();
+    }
+    return changed;
+}
+
+void show_world(paint_settings *s, gui_request *request) {
+    const char *scenes[32] = {};
+    const uint32_t count = paint_scene_count();
+    for (uint32_t i = 0; i <= count && i < 31; i++) {
+        scenes[i] = paint_scene_name(i);
+    }
+    if (begin_pair()) {
+        ImGui::TableNextColumn();
+        request->rebuild |= choose_enum("scene", scenes, &s->scene);
+        ImGui::TableNextColumn();
+        request->rebuild |= choose_size(s);
+        ImGui::EndTable();
+    }
+}
+
+void show_method(paint_settings *s) {
+    static const uint32_t chunks[] = {0, 8, 16, 32, 64, 128, 256}, focuses[] = {1, 3, 5, 7, 9};
+    fm_world_method *m = &s->method;
+    const bool exact = m->algorithm == FM_WORLD_EXACT, selective = m->algorithm == FM_WORLD_SELECTIVE;
+    const bool iterates = m->algorithm == FM_WORLD_FIM || m->algorithm == FM_WORLD_JFA_FIM || selective;
+    choose_enum("algorithm", fm_world_algorithm_words, &m->algorithm);
+    if (!begin_pair()) {
+        return;
+    }
+    ImGui::TableNextColumn();
+    choose_enum("field", fm_field_format_words, &s->format);
+    ImGui::TableNextColumn();
+    ImGui::BeginDisabled(exact);
+    choose_number("chunk", chunks, 7, "world", &m->chunk);
+    ImGui::EndDisabled();
+    ImGui::TableNextColumn();
+    ImGui::BeginDisabled(exact || m->chunk == 0);
+    choose_enum("border", fm_world_border_words, &m->border);
+    ImGui::EndDisabled();
+    ImGui::TableNextColumn();
+    ImGui::BeginDisabled(!iterates);
+    choose_enum("converge", fm_world_convergence_words, &m->convergence);
+    ImGui::EndDisabled();
+    ImGui::TableNextColumn();
+    ImGui::BeginDisabled(!selective);
+    choose_number("focus", focuses, 5, nullptr, &m->focus_chunks);
+    ImGui::EndDisabled();
+    ImGui::EndTable();
+}
+
+void show_slice(paint_settings *s) {
+    static const char *const axes[] = {"x", "y", "z", nullptr};
+    const uint32_t edges[] = {s->shape.x, s->shape.y, s->shape.z};
+    ImGui::TableNextColumn();
+    choose_enum("across", axes, &s->slice_axis);
+    ImGui::TableNextColumn();
+    label("slice");
+    ImGui::SliderInt("##slice", &s->slice_index, 0, static_cast<int>(edges[s->slice_axis]) - 1, "%d", ImGuiSliderFlags_AlwaysClamp);
+    note("slice");
+}
+
+void show_picture(paint_settings *s) {
+    static const uint32_t scales[] = {1, 2, 4};
+    if (begin_pair()) {
+        ImGui::TableNextColumn();
+        choose_enum("march", paint_march_words, &s->march);
+        ImGui::TableNextColumn();
+        choose_enum("view", paint_view_words, &s->view);
+        if (s->view == FM_VIEW_SLICE) {
+            show_slice(s);
+        }
+        ImGui::TableNextColumn();
+        choose_enum("shadow", paint_shadow_words, &s->shadow);
+        ImGui::TableNextColumn();
+        choose_number("pixels", scales, 3, nullptr, &s->scale);
+        ImGui::TableNextColumn();
+        check("occlusion", "ambient occlusion", &s->ambient_occlusion);
+        ImGui::TableNextColumn();
+        check("preview", "brush preview", &s->preview);
+        ImGui::TableNextColumn();
+        check("vsync", "wait for the screen", &s->vsync);
+        ImGui::TableNextColumn();
+        check("crosshair", "cross-hair", &s->crosshair);
+        ImGui::EndTable();
+    }
+}
+
+void show_device(const readings *r) {
+    if (r->backend == FM_BACKEND_CPU) {
+        ImGui::TextColored(warning, "Native CPU backend: no GPU computes");
+    } else if (r->device.kind == FM_DEVICE_SOFTWARE) {
+        ImGui::TextColored(warning, "No GPU: software Vulkan on the CPU");
+    }
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextColored(quiet, "%s", r->device.name);
+    ImGui::PopTextWrapPos();
+}
+
+void show_numbers(const readings *r) {
+    ImGui::Text("%.1f frames/s   %.1f edits/s   %u x %u pixels", r->frames_per_second, r->edits_per_second, r->width, r->height);
+    if (!r->may_be_wrong) {
+        ImGui::TextColored(quiet, "the picture is exact: no distance is too great");
+    } else if (r->wrong_share < 0) {
+        ImGui::TextColored(warning, "approximate field; wrong pixels not counted yet");
+    } else {
+        ImGui::TextColored(r->wrong_share > 0 ? warning : quiet, "approximate field: %.3f %% of the pixels are wrong",
+                           100 * r->wrong_share);
+    }
+}
+
+void show_panel(paint_settings *s, const readings *r, gui_request *request) {
+    const float width = ImGui::GetFontSize() * 26;
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_Always);
+    ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0), ImVec2(width, fmaxf(screen.y - 16, 64)));
+    ImGui::Begin("Fathom", nullptr, ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings);
+    show_device(r);
+    show_numbers(r);
+    if (r->message[0]) {
+        ImGui::PushTextWrapPos(0);
+        ImGui::TextColored(r->failed ? failure : quiet, "%s", r->message);
+        ImGui::PopTextWrapPos();
+    }
+    const ImGuiTreeNodeFlags open = ImGuiTreeNodeFlags_DefaultOpen;
+    if (ImGui::CollapsingHeader("Brush and file", open)) {
+        show_brush(s, r, request);
+    }
+    if (ImGui::CollapsingHeader("World", open)) {
+        show_world(s, request);
+        show_method(s);
+    }
+    if (ImGui::CollapsingHeader("Picture", open)) {
+        show_picture(s);
+    }
+    if (ImGui::CollapsingHeader("Times", open)) {
+        draw_graph("frame", r->frame_ms, 1000.0f / 60);
+        draw_graph("march", r->march_ms, 0);
+        draw_graph("field", r->field_ms, 0);
+    }
+    const bool memory = ImGui::CollapsingHeader("Memory", open);
+    note("memory");
+    if (memory) {
+        show_memory(r);
+    }
+    ImGui::End();
+}
+
+// In the window's pixels, so that it is sharp over a coarse picture, and screenshots are without.
+void show_crosshair() {
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    const ImVec2 c(floorf(screen.x / 2), floorf(screen.y / 2));
+    ImDrawList *list = ImGui::GetBackgroundDrawList();
+    const float far = 9, near = 3;
+    for (int i = 0; i < 2; i++) {
+        const ImU32 color = i ? IM_COL32(255, 255, 255, 230) : IM_COL32(0, 0, 0, 150);
+        const float half = i ? 0.5f : 1.5f, more = i ? 0 : 1;
+        list->AddRectFilled(ImVec2(c.x - far - more, c.y - half), ImVec2(c.x - near + more, c.y + half), color);
+        list->AddRectFilled(ImVec2(c.x + near - more, c.y - half), ImVec2(c.x + far + more, c.y + half), color);
+        list->AddRectFilled(ImVec2(c.x - half, c.y - far - more), ImVec2(c.x + half, c.y - near + more), color);
+        list->AddRectFilled(ImVec2(c.x - half, c.y + near - more), ImVec2(c.x + half, c.y + far + more), color);
+    }
+}
+
+void show_hints(const readings *r) {
+    const char *text = r->automatic  ? "benchmark: the camera and the edits follow a fixed script"
+                       : r->captured ? "W A S D, Space, Shift: fly   left: place   right: delete   wheel: radius   1-9: colour   "
+                                       "Ctrl+Z / Y: undo, redo   Tab: free the cursor   F1: panel"
+                                     : "click into the picture to fly and paint   F1: panel   F12: screenshot";
+    const ImVec2 screen = ImGui::GetIO().DisplaySize, size = ImGui::CalcTextSize(text);
+    ImDrawList *list = ImGui::GetForegroundDrawList();
+    const ImVec2 at((screen.x - size.x) / 2, screen.y - size.y - 12);
+    list->AddRectFilled(ImVec2(at.x - 10, at.y - 4), ImVec2(at.x + size.x + 10, at.y + size.y + 4), IM_COL32(0, 0, 0, 140), 5);
+    list->AddText(at, IM_COL32(255, 255, 255, 230), text);
+}
+
+void set_style() {
+    ImGui::StyleColorsDark();
+    ImGuiStyle &style = ImGui::GetStyle();
+    style.WindowRounding = 6;
+    style.FrameRounding = 3;
+    style.GrabRounding = 3;
+    style.ItemSpacing = ImVec2(6, 4);
+    style.FramePadding = ImVec2(6, 2);
+    style.Colors[ImGuiCol_WindowBg] = ImVec4(0.07f, 0.08f, 0.10f, 0.90f);
+    style.Colors[ImGuiCol_Header] = ImVec4(0.18f, 0.30f, 0.40f, 0.80f);
+    style.Colors[ImGuiCol_PlotHistogram] = ImVec4(0.20f, 0.42f, 0.56f, 1.0f);
+}
+
+void load_font(float scale) {
+    // From Debian's fonts-dejavu-core where it is installed; ImGui's own is legible too, but smaller.
+    static const char *const paths[] = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf"};
+    ImGuiIO &io = ImGui::GetIO();
+    for (const char *path : paths) {
+        FILE *file = fopen(path, "rb");
+        if (file) {
+            fclose(file);
+            io.Fonts->AddFontFromFileTTF(path, roundf(14 * scale));
+            return;
+        }
+    }
+    ImFontConfig config;
+    config.SizePixels = roundf(13 * scale);
+    io.Fonts->AddFontDefault(&config);
+}
+
+}  // namespace
+
+bool gui_open(const gui_desc *desc) {
+    const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, 1};
+    VkDescriptorPoolCreateInfo info = {};
+    info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+    info.flags = VK_DESCRIPTOR_POOL_CREATE_FREE_DESCRIPTOR_SET_BIT;
+    info.maxSets = 1;
+    info.poolSizeCount = 1;
+    info.pPoolSizes = &size;
+    device = desc->device;
+    if (vkCreateDescriptorPool(device, &info, nullptr, &pool) != VK_SUCCESS) {
+        return false;
+    }
+    IMGUI_CHECKVERSION();
+    ImGui::CreateContext();
+    ImGui::GetIO().IniFilename = nullptr;
+    set_style();
+    float scale = 1, unused;
+    glfwGetWindowContentScale(desc->window, &scale, &unused);
+    ImGui::GetStyle().ScaleAllSizes(scale);
+    load_font(scale);
+    ImGui_ImplVulkan_InitInfo vulkan = {};
+    vulkan.Instance = desc->instance;
+    vulkan.PhysicalDevice = desc->physical;
+    vulkan.Device = desc->device;
+    vulkan.QueueFamily = desc->family;
+    vulkan.Queue = desc->queue;
+    vulkan.DescriptorPool = pool;
+    vulkan.MinImageCount = desc->images;
+    vulkan.ImageCount = desc->images;
+    open_ = ImGui_ImplGlfw_InitForVulkan(desc->window, true) && ImGui_ImplVulkan_Init(&vulkan, desc->pass);
+    return open_;
+}
+
+bool gui_upload_font(void *unused, VkCommandBuffer commands) {
+    (void)unused;
+    return ImGui_ImplVulkan_CreateFontsTexture(commands);
+}
+
+void gui_font_uploaded(void) {
+    ImGui_ImplVulkan_DestroyFontUploadObjects();
+}
+
+void gui_close(void) {
+    if (open_) {
+        ImGui_ImplVulkan_Shutdown();
+        ImGui_ImplGlfw_Shutdown();
+        ImGui::DestroyContext();
+    }
+    if (pool) {
+        vkDestroyDescriptorPool(device, pool, nullptr);
+    }
+    open_ = false;
+    pool = VK_NULL_HANDLE;
+}
+
+gui_request gui_frame(bool visible, paint_settings *settings, const readings *shown) {
+    gui_request request = {};
+    ImGui_ImplVulkan_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+    if (settings->crosshair && !shown->automatic) {
+        show_crosshair();
+    }
+    if (visible) {
+        show_panel(settings, shown, &request);
+        show_hints(shown);
+    }
+    ImGui::Render();
+    log_widgets_end();
+    return request;
+}
+
+void gui_draw(VkCommandBuffer commands) {
+    ImGui_ImplVulkan_RenderDrawData(ImGui::GetDrawData(), commands);
+}
+
+bool gui_wants_mouse(void) {
+    return open_ && ImGui::GetIO().WantCaptureMouse;
+}
+
+bool gui_wants_text(void) {
+    return open_ && ImGui::GetIO().WantTextInput;
+}
+
+void gui_ignore_mouse(bool ignored) {
+    if (open_) {
+        ImGuiIO &io = ImGui::GetIO();
+        io.ConfigFlags = ignored ? io.ConfigFlags | ImGuiConfigFlags_NoMouse : io.ConfigFlags & ~ImGuiConfigFlags_NoMouse;
+    }
+}

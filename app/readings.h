@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_APP_READINGS_H
+#define FM_APP_READINGS_H
+
+// What the program knows and the panel shows.
+
+#include "fathom/render.h"
+
+enum { READINGS_GRAPH = 240, READINGS_MEMORY = 32, READINGS_MESSAGE = 512 };
+
+// The newest values, in a ring.
+typedef struct readings_graph {
+    float values[READINGS_GRAPH];
+    uint32_t next, count;
+} readings_graph;
+
+static inline void readings_add(readings_graph *graph, double value) {
+    graph->values[graph->next] = (float)value;
+    graph->next = (graph->next + 1) % READINGS_GRAPH;
+    graph->count += graph->count < READINGS_GRAPH;
+}
+
+typedef struct readings {
+    readings_graph frame_ms, march_ms, field_ms;  // the last one by update
+    double frames_per_second, edits_per_second;
+    bool may_be_wrong;   // the method is approximate
+    double wrong_share;  // of pixels; -1: not known
+    fm_memory memory[READINGS_MEMORY];
+    uint32_t memory_count;
+    fm_world_stats update;
+    fm_device_info device;
+    fm_backend backend;
+    uint32_t width, height;  // of the picture
+    uint32_t undo, redo;     // steps there are
+    uint64_t history_bytes;
+    bool captured;
+    bool automatic;  // the benchmark is in control
+    fm_pick pick;
+    char message[READINGS_MESSAGE];
+    bool failed;  // the message is of a failure
+} readings;
+
+#endif

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: MIT
+#include "settings.h"
+
+#include "scenes.h"
+#include "world.h"
+
+#include <stddef.h>
+
+const uint8_t paint_colors[PAINT_COLORS] = {0xff, 0xe0, 0xf0, 0xfc, 0x1c, 0x1f, 0x03, 0xe3, 0x6d};
+
+const char *const paint_color_words[] = {"white", "red", "orange", "yellow", "green", "cyan", "blue", "magenta", "grey", NULL};
+
+const char *const paint_march_words[] = {[FM_MARCH_SKIP] = "skip", [FM_MARCH_BOX] = "box", [FM_MARCH_PLAIN] = "plain", NULL};
+
+const char *const paint_view_words[] = {
+    [FM_VIEW_COLOR] = "colour",
+    [FM_VIEW_STEPS] = "steps",
+    [FM_VIEW_NORMAL] = "normal",
+    [FM_VIEW_DISTANCE] = "depth",
+    [FM_VIEW_SLICE] = "slice",
+    [FM_VIEW_DIFFERENCE] = "difference",
+    NULL,
+};
+
+const char *const paint_shadow_words[] = {[FM_SHADOW_NONE] = "none", [FM_SHADOW_HARD] = "hard", [FM_SHADOW_SOFT] = "soft", NULL};
+
+uint32_t paint_scene_count(void) {
+    uint32_t count = 0;
+    while (fm_scene_at(count)) {
+        count++;
+    }
+    return count;
+}
+
+const char *paint_scene_name(uint32_t scene) {
+    const fm_scene *found = fm_scene_at(scene);
+    return found ? fm_scene_name(found) : "air";
+}
+
+bool paint_may_be_wrong(const fm_world_method *chosen) {
+    const fm_world_method method = bench_world_method(chosen);
+    const bool floods = (method.algorithm >= FM_WORLD_JFA_PUBLISHED && method.algorithm <= FM_WORLD_JFA_PLUS_2) ||
+                        method.algorithm == FM_WORLD_SELECTIVE;
+    // A chunk that does not know what lies beyond its neighbours takes it for air.
+    return floods || (method.chunk && method.border == FM_BORDER_HALO);
+}
+
+fm_render_desc paint_picture(const paint_settings *settings) {
+    return (fm_render_desc){
+        .march = settings->march,
+        .view = settings->view,
+        .shadow = settings->shadow,
+        .ambient_occlusion = settings->ambient_occlusion,
+        .slice_axis = settings->slice_axis,
+        .slice_index = settings->slice_index,
+    };
+}
