@@ -233,19 +233,17 @@ static bool neighbour(uint32_t at, int place, uint32_t step, uint32_t size, uint
 static uint32_t nearest_site(const work *w, uint32_t x, uint32_t y, uint32_t z) {
     uint32_t site = w->sites[site_place_of(w, x, y, z)];
     uint32_t distance = site_distance(site, x, y, z);
-    for (int dz = -1; dz <= 1; dz++) {
-        for (int dy = -1; dy <= 1; dy++) {
-            for (int dx = -1; dx <= 1; dx++) {
-                uint32_t at[3];
-                bool inside = neighbour(x, dx, w->step, w->size[0], &at[0]) && neighbour(y, dy, w->step, w->size[1], &at[1]) &&
-                              neighbour(z, dz, w->step, w->size[2], &at[2]);
-                uint32_t other = inside ? w->sites[site_place_of(w, at[0], at[1], at[2])] : fm_site_none;
-                uint32_t way = site_distance(other, x, y, z);
-                if (way < distance) {
-                    distance = way;
-                    site = other;
-                }
-            }
+    for (int i = 0; i < 9 && distance > 0; i++) {
+        uint32_t at[3];
+        if (!neighbour(z, i / 3 - 1, w->step, w->size[2], &at[2]) || !neighbour(y, i % 3 - 1, w->step, w->size[1], &at[1])) {
+            continue;
+        }
+        const uint32_t *row = w->sites + site_place_of(w, 0, at[1], at[2]);
+        for (int dx = -1; dx <= 1; dx++) {
+            uint32_t other = neighbour(x, dx, w->step, w->size[0], &at[0]) ? row[at[0]] : fm_site_none;
+            uint32_t way = site_distance(other, x, y, z);
+            site = way < distance ? other : site;
+            distance = least(distance, way);
         }
     }
     return site;
