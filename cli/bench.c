@@ -306,7 +306,7 @@ static bool read_plan(const bench_args *a, bench_plan *p) {
     *p = (bench_plan){
         .csv = given(a->csv, NULL), .passes = given(a->passes, NULL), .json = given(a->json, NULL), .quiet = a->quiet->count > 0};
     if (strcmp(a->what->sval[0], "transform") != 0) {
-        cli_usage("bench: no benchmark \"%s\": transform and world are there", a->what->sval[0]);
+        cli_usage("bench: no benchmark \"%s\": transform, world and render are there", a->what->sval[0]);
         return false;
     }
     if (!cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) || !read_limits(a, p)) {
@@ -326,9 +326,13 @@ int command_bench(int argc, char **argv) {
     if (argc > 1 && strcmp(argv[1], "world") == 0) {
         return command_bench_world(argc - 1, argv + 1);
     }
+    if (argc > 1 && strcmp(argv[1], "render") == 0) {
+        return command_bench_render(argc - 1, argv + 1);
+    }
     static const cli_help help = {
         "bench",
-        "Measures exact transforms (for editable worlds see fathom bench world --help): GPU time of each pass, wall time, "
+        "Measures exact transforms (for editable worlds and pictures of them see fathom bench world --help and render --help): GPU "
+        "time of each pass, wall time, "
         "throughput, memory, and the ratio to "
         "the time that a copy of as many bytes takes. A sample of each result is checked; a wrong one fails.",
         "fathom bench transform --sizes 128,256,512 --csv results.csv\n"

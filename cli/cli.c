@@ -303,6 +303,18 @@ bool cli_shape_word(const char *option, const char *word, fm_shape *shape) {
     return cli_shape(option, text, shape);
 }
 
+bool cli_picture(const char *option, const char *text, fm_shape *shape) {
+    uint32_t sides[2];
+    int used = 0;
+    if (sscanf(text, "%5" SCNu32 "x%5" SCNu32 "%n", &sides[0], &sides[1], &used) != 2 || text[used] != '\0' ||
+        sides[0] - 1 > 16383 || sides[1] - 1 > 16383) {
+        cli_usage("%s is \"%s\": WIDTHxHEIGHT is wanted, each from 1 to 16384", option, text);
+        return false;
+    }
+    *shape = (fm_shape){sides[0], sides[1], 1};
+    return true;
+}
+
 bool cli_chunk(const char *option, const char *text, uint32_t *chunk) {
     if (!cli_uint32(option, text, 0, chunk)) {
         return false;

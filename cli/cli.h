@@ -59,6 +59,9 @@ bool cli_each(const char *option, const char *list, int most, bool (*take)(const
 // A word of such a list: "N" or "XxYxZ".
 bool cli_shape_word(const char *option, const char *word, fm_shape *shape);
 
+// The size of a picture, "1920x1080", as a shape with z 1.
+bool cli_picture(const char *option, const char *text, fm_shape *shape);
+
 // The edge of chunks: 0, 8, 16, ..., 256.
 bool cli_chunk(const char *option, const char *text, uint32_t *chunk);
 // The scene of that name; NULL on bad usage.

@@ -13,6 +13,8 @@ int command_convert(int argc, char **argv);
 int command_world(int argc, char **argv);
 int command_paint(int argc, char **argv);  // where the painting program is built
 int command_bench(int argc, char **argv);
-int command_bench_world(int argc, char **argv);  // bench hands over to it
+// bench hands over to these.
+int command_bench_world(int argc, char **argv);
+int command_bench_render(int argc, char **argv);
 
 #endif

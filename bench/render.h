@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_BENCH_RENDER_H
+#define FM_BENCH_RENDER_H
+
+// The benchmark of pictures: a path of cameras through a world, and what its pictures cost.
+
+#include "bench.h"
+#include "fathom/render.h"
+
+typedef enum bench_render_mode {
+    BENCH_RENDER_FACES = 0,  // the first voxel of each ray, shaded by its face
+    BENCH_RENDER_SHADED,     // every pixel with soft shadow and ambient occlusion
+    BENCH_RENDER_EDITED,     // faces; before each picture a random edit and the exact update of the field
+} bench_render_mode;
+
+typedef struct bench_render_case {
+    const char *scene;
+    fm_world_desc desc;
+    uint32_t width, height;
+    bench_render_mode mode;
+    fm_march march;
+} bench_render_case;
+
+typedef struct bench_render_limits {
+    uint32_t rounds;  // along the path
+    uint32_t frames;  // of EDITED
+    double seconds;   // no round begins after this, once there is one
+    double warm_up_ms;
+} bench_render_limits;
+
+typedef struct bench_render_result {
+    bench_render_case what;
+    char device[256];
+    char failure[512];  // empty when all went well
+    bench_stats gpu;    // a camera: median over the rounds of the sum of its passes
+    bench_stats beam, march;
+    bench_stats update;        // EDITED: passes of an update
+    double frames_per_second;  // pictures asked for one after the other, at most two in flight
+    double steps, hits;        // a primary ray
+    double most_steps;
+    double bandwidth;  // of a copy, bytes a second
+} bench_render_result;
+
+// Runs one case over `count` cameras. The world is up to date, and is edited by EDITED. False when it failed.
+bool bench_render_measure(bench_session *session, fm_world *world, const fm_camera *cameras, uint32_t count,
+                          const bench_render_case *what, const bench_render_limits *limits, bench_render_result *result);
+
+// Bytes of the field that the primary rays read: steps times the width of an entry.
+double bench_render_bytes(const bench_render_result *result);
+
+// What is to be reached by pictures of such a case; 0: nothing is.
+typedef struct bench_render_target {
+    double must, goal;  // ms a picture; EDITED: frames a second
+} bench_render_target;
+// `size` is that of the world that the case stands for.
+bench_render_target bench_render_target_of(uint32_t size, bench_render_mode mode, fm_march march);
+
+extern const char *const bench_render_mode_words[];  // "faces", "shaded", "edited"
+extern const char *const fm_march_words[];           // "skip", "box", "plain"
+
+void bench_render_print_header(FILE *stream);
+void bench_render_print(FILE *stream, const bench_render_result *result, bench_render_target target);
+void bench_render_csv_header(FILE *stream);
+void bench_render_csv(FILE *stream, const bench_render_result *result, bench_render_target target);
+cJSON *bench_render_json(const bench_render_result *result, bench_render_target target);
+
+#endif
