@@ -13,8 +13,13 @@
 enum {
     ENCODE_THREADS = 256,
     SEARCH_THREADS = 64,
-    STACK_THREADS = 64,
-    STACK_COLUMNS = 1 << 19,   // measured: fewer leave a big GPU waiting for memory
+    HALVE_VOXELS = 1 << 24,    // measured: fewer leave a big GPU idle, and its pass along x costs more than it saves
+    HALVE_LANES = 32,          // x of a tile of halve.comp and ways.comp
+    HALVE_PIECE = 8,           // PIECE there
+    HALVE_READ_AHEAD = 1024,   // bytes behind its input that halve.comp may load
+    HALVE_THREADS = 512,       // more rows an invocation before more invocations
+    HALVE_LEAST_ROWS = 4,      // BATCH there
+    WAYS_ROWS = 256,           // rows that a group of ways.comp owns
     SEGMENT_ROWS = 16,         // ROWS of parabola.comp and envelope.comp
     MAX_COLUMN_THREADS = 512,  // more leave too few registers
     BIG_SQUARE = 1 << 24,      // floats hold whole numbers up to here
@@ -36,8 +41,9 @@ _Static_assert(FM_GPU_L2 == (int)FM_METRIC_L2 && FM_GPU_L1 == (int)FM_METRIC_L1 
 // How the columns along one axis are computed.
 typedef struct column_pass {
     fm_kernel kernel;
-    uint32_t lanes, segments;
-    uint32_t rows;        // of a segment; STACK: bits of a row's number
+    uint32_t lanes;  // HALVE: rows of a segment
+    uint32_t segments;
+    uint32_t rows;        // of a segment; HALVE: bits of a row's number
     uint32_t tile;        // voxels along x that a group owns
     uint64_t rows_group;  // voxels along the axis that a group owns: 1 for the search, else all
 } column_pass;
@@ -116,21 +122,32 @@ static bool plan_scan(const transform_job *job, uint32_t n, column_pass *pass) {
     return false;
 }
 
-// Bits of a row's number in the stacks of stack.comp, or 0 where those cannot or should not serve: the rest of 32 bits must hold
-// every square, and one invocation a column must fill the device.
-static uint32_t stack_row_bits(const fm_plan *plan) {
-    uint64_t fewest_columns = (uint64_t)plan->shape.x * fm_min_u64(plan->shape.y, plan->shape.z);
-    // Tests set FATHOM_STACK, so that small grids reach both kernels.
-    const char *wish = getenv("FATHOM_STACK");
-    bool enough = wish ? strcmp(wish, "always") == 0 : fewest_columns >= STACK_COLUMNS;
-    if (plan->metric != FM_METRIC_L2 || plan->weighted || plan->want_index || !enough) {
-        return 0;
+// halve.comp serves squared distances that fit in a key beside a row's number, the longest way along the axis added, where its
+// tiles waste little memory.
+static bool plan_halve(const transform_job *job, uint32_t n, column_pass *pass) {
+    const fm_plan *plan = job->plan;
+    // Tests set FATHOM_HALVE, so that small grids reach both kernels.
+    const char *wish = getenv("FATHOM_HALVE");
+    bool worth =
+        wish ? strcmp(wish, "always") == 0
+             : fm_voxels(plan->shape) >= HALVE_VOXELS && plan->shape.x >= 2 * HALVE_LANES && plan->shape.y >= 2 * HALVE_PIECE;
+    bool long_enough = plan->shape.y >= HALVE_LEAST_ROWS && (plan->shape.z >= HALVE_LEAST_ROWS || plan->shape.z == 1);
+    if (!worth || !long_enough || plan->metric != FM_METRIC_L2 || plan->weighted || plan->want_index || plan->brute_force) {
+        return false;
     }
+    uint64_t longest = fm_round_up(fm_max_u64(plan->shape.y, plan->shape.z), 64);
     uint32_t bits = 1;
-    while (1u << bits < fm_max_u64(plan->shape.y, plan->shape.z)) {
+    while ((uint64_t)1 << bits < longest) {
         bits++;
     }
-    return plan->greatest < UINT32_MAX >> bits ? bits : 0;
+    uint64_t limit = (uint64_t)1 << (bits < 9 ? 23 : 32 - fm_min_u64(bits, 32));
+    if (longest > UINT16_MAX || plan->greatest + (longest - 1) * (longest - 1) + 1 >= limit ||
+        HALVE_LANES * longest / 64 > job->device.max_workgroup) {
+        return false;
+    }
+    uint32_t rows = HALVE_LANES * fm_div_up(n, 32) <= HALVE_THREADS ? 32 : 64;
+    *pass = (column_pass){FM_KERNEL_HALVE, rows, (uint32_t)fm_div_up(n, rows), bits, HALVE_LANES, n};
+    return true;
 }
 
 // The kernels that keep whole columns in shared memory, or where those are too long for it, a search in device memory.
@@ -139,9 +156,7 @@ static void plan_column(const transform_job *job, uint32_t n, column_pass *pass)
     if (job->scan && plan_scan(job, n, pass)) {
         return;
     }
-    uint32_t row_bits = stack_row_bits(plan);
-    if (row_bits > 0) {
-        *pass = (column_pass){FM_KERNEL_STACK, STACK_THREADS, 1, row_bits, STACK_THREADS, n};
+    if (plan_halve(job, n, pass)) {
         return;
     }
     bool floats = plan->weighted || plan->greatest < BIG_SQUARE;
@@ -162,6 +177,10 @@ static void plan_column(const transform_job *job, uint32_t n, column_pass *pass)
 
 static bool is_scan(const column_pass *pass) {
     return pass->kernel == FM_KERNEL_SCAN_F16 || pass->kernel == FM_KERNEL_SCAN_U32;
+}
+
+static bool is_halve(const column_pass *pass) {
+    return pass->kernel == FM_KERNEL_HALVE;
 }
 
 static bool is_search(const column_pass *pass) {
@@ -205,7 +224,8 @@ static uint64_t brute_words(const fm_plan *plan) {
 }
 
 // Lays out the scratch memory: site bits and carries, and for as wide a slab of x as keeps the whole within four bytes a voxel: the
-// raw distances, unless the result's own memory can serve, the rows of the nearest sites where indices are wanted, and the stacks.
+// raw distances, unless the result's own memory can serve, the rows of the nearest sites where indices are wanted, and ways along
+// x.
 static fm_result lay_out(transform_job *job, uint64_t distance, uint64_t index) {
     const fm_plan *plan = job->plan;
     uint64_t rows = (uint64_t)plan->shape.y * plan->shape.z;
@@ -215,20 +235,26 @@ static fm_result lay_out(transform_job *job, uint64_t distance, uint64_t index) 
     bool two_passes = plan->shape.z > 1 && !plan->brute_force;
     bool keeps = two_passes || (plan->brute_force && words > brute_words(plan));
     bool result_fits = plan->want_distance && fm_type_size(plan->distance_type) == 4 && !plan->is_signed;
+    bool halve = is_halve(&job->along_y);
     job->raw_in_result = two_passes && job->width == 4 && result_fits && !is_search(&job->along_z) && !is_scan(&job->along_y) &&
-                         !is_scan(&job->along_z);
+                         !is_scan(&job->along_z) && !halve;
     uint64_t raw_bytes = keeps && !job->raw_in_result ? job->width : 0;
     uint64_t site_bytes = keeps && plan->want_index ? (plan->brute_force ? 8 : 4) : 0;
-    uint64_t stack_bytes = job->along_y.kernel == FM_KERNEL_STACK || job->along_z.kernel == FM_KERNEL_STACK ? 4 : 0;
+    uint64_t way_bytes = halve ? 2 : 0;
+    // halve.comp keeps the rows of a slice in pieces.
+    uint64_t raw_rows = halve ? fm_round_up(plan->shape.y, HALVE_PIECE) * plan->shape.z : rows;
+    uint64_t width_step = halve ? HALVE_LANES : 16;
+    uint64_t read_ahead = halve ? HALVE_READ_AHEAD : 0;
     uint64_t budget = rows * plan->shape.x * 4;
-    uint64_t slab_rows;
+    uint64_t slab_width;
     uint64_t total;
     uint32_t slabs = 0;
     do {
         slabs++;
         job->slab = (uint32_t)fm_min_u64(fm_round_up(fm_div_up(plan->shape.x, slabs), SLAB_STEP), plan->shape.x);
-        slab_rows = rows * fm_round_up(job->slab, 16);
-        total = bits_bytes + carries_bytes + slab_rows * (raw_bytes + site_bytes + stack_bytes) + 256;
+        slab_width = fm_round_up(job->slab, width_step);
+        total =
+            bits_bytes + carries_bytes + slab_width * (raw_rows * raw_bytes + rows * (site_bytes + way_bytes)) + 256 + read_ahead;
     } while (total > budget && slabs < MAX_SLABS && !plan->brute_force && job->slab > SLAB_STEP);
     uint64_t base;
     FM_TRY(fm_gpu_scratch(job->gpu, total, &base));
@@ -238,7 +264,7 @@ static fm_result lay_out(transform_job *job, uint64_t distance, uint64_t index) 
     uint64_t behind = base + bits_bytes + carries_bytes;
     job->raw = job->raw_in_result ? distance : behind;
     job->column.pitch = job->raw_in_result ? plan->shape.x : (uint32_t)fm_round_up(job->slab, 16);
-    job->column.sites_y = fm_round_up(behind + slab_rows * raw_bytes, 256);
+    job->column.sites_y = fm_round_up(behind + slab_width * raw_rows * raw_bytes, 256);
     return FM_OK;
 }
 
@@ -281,6 +307,20 @@ static fm_result dispatch_brute(transform_job *job, const fm_dispatch *dispatch)
     return FM_OK;
 }
 
+static fm_result run_ways(transform_job *job, bool inner) {
+    const fm_shape shape = job->plan->shape;
+    uint64_t tiles = fm_div_up(job->column.x_end - job->column.x_begin, HALVE_LANES);
+    fm_dispatch dispatch = {.kernel = FM_KERNEL_WAYS,
+                            .push = &job->column,
+                            .push_bytes = sizeof job->column,
+                            .groups = tiles * shape.z * fm_div_up(shape.y, WAYS_ROWS)};
+    FM_TRY(fm_commands_dispatch(job->gpu, job->slot, &dispatch));
+    uint64_t written = (uint64_t)shape.y * shape.z * tiles * HALVE_LANES * 2;
+    uint64_t part = carry_bytes(job) * (job->column.x_end - job->column.x_begin) / shape.x;
+    fm_commands_pass(job->gpu, job->slot, inner ? "x inside" : "x", part + written);
+    return FM_OK;
+}
+
 // What the kernels of a pass are specialised by; the ids are those of column.glsl and scan.comp.
 static fm_result run_column(transform_job *job, const column_pass *pass, bool along_z, uint32_t source, uint32_t target,
                             bool border) {
@@ -288,8 +328,8 @@ static fm_result run_column(transform_job *job, const column_pass *pass, bool al
     bool finishes = target != FM_TARGET_RAW;
     bool sites = plan->want_index && target != FM_TARGET_NEGATE;
     uint32_t type = plan->want_distance ? plan->distance_type : FM_TYPE_U8;
-    bool plain = target == FM_TARGET_FINISH && !border && plan->cap_raw == FM_RAW_NONE && plan->shape.x % 4 == 0 &&
-                 plan->scale == 1 && type <= FM_TYPE_U32 && fm_type_size(type) == job->width;
+    bool bare = target == FM_TARGET_FINISH && !border && plan->cap_raw == FM_RAW_NONE && plan->scale == 1 && plan->want_distance;
+    bool plain = bare && plan->shape.x % 4 == 0 && type <= FM_TYPE_U32 && fm_type_size(type) == job->width;
     uint32_t constants[] = {pass->lanes,
                             pass->segments,
                             pass->rows,
@@ -304,7 +344,8 @@ static fm_result run_column(transform_job *job, const column_pass *pass, bool al
                             finishes && border,
                             finishes ? type : 0,
                             finishes && sites ? plan->index_type : 0,
-                            plan->greatest >= BIG_SQUARE};
+                            plan->greatest >= BIG_SQUARE,
+                            bare && (type == FM_TYPE_U32 || type == FM_TYPE_F32)};
     uint64_t slices = along_z ? plan->shape.y : plan->shape.z;
     uint64_t n = along_z ? plan->shape.z : plan->shape.y;
     uint64_t tiles = fm_div_up(job->column.x_end - job->column.x_begin, pass->tile);
@@ -318,7 +359,9 @@ static fm_result run_column(transform_job *job, const column_pass *pass, bool al
 
     uint64_t voxels = slices * n * (job->column.x_end - job->column.x_begin);
     uint64_t part = carry_bytes(job) * (job->column.x_end - job->column.x_begin) / plan->shape.x;
-    uint64_t read = source == FM_SOURCE_BITS ? part : voxels * job->width + (sites ? voxels * 4 + part : 0);
+    uint64_t read = is_halve(pass) && source == FM_SOURCE_BITS ? voxels * 2
+                    : source == FM_SOURCE_BITS                 ? part
+                                                               : voxels * job->width + (sites ? voxels * 4 + part : 0);
     uint64_t distance_bytes = plan->want_distance ? fm_type_size(plan->distance_type) : 0;
     uint64_t index_bytes = sites ? fm_type_size(plan->index_type) : 0;
     uint64_t written = voxels * (finishes ? distance_bytes + index_bytes : job->width + (sites ? 4 : 0));
@@ -353,6 +396,9 @@ static fm_result run_side(transform_job *job, bool inner) {
         job->column.x_begin = x;
         job->column.x_end = (uint32_t)fm_min_u64((uint64_t)x + job->slab, plan->shape.x);
         job->column.raw = job->raw + (job->raw_in_result ? 4 * (uint64_t)x : 0);
+        if (is_halve(&job->along_y)) {
+            FM_TRY(run_ways(job, inner));
+        }
         if (plan->shape.z == 1) {
             FM_TRY(run_column(job, &job->along_y, false, FM_SOURCE_BITS, target, border));
         } else {

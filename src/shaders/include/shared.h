@@ -80,7 +80,7 @@ FM_PUSH_STRUCT(fm_column_push) {
     fm_address carries;
     fm_address raw;       // raw distances of those columns: written by the pass along y, read by the one along z
     fm_address distance;  // 0: not wanted
-    fm_address sites_y;   // 32-bit y of the nearest site within the slice; stack.comp: its stacks
+    fm_address sites_y;   // 32-bit y of the nearest site within the slice; halve.comp: the ways along x
     fm_address index;
     fm_address first_word;  // brute force: the words of bits that this dispatch tries; `raw` and `sites_y` hold the best so far
     fm_uint word_count;
@@ -267,6 +267,7 @@ _Static_assert(sizeof(fm_column_push) <= 128, "push constants are 128 bytes on e
 _Static_assert(sizeof(fm_rows_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_world_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_chunk_push) <= 128, "push constants are 128 bytes on every device");
+_Static_assert(sizeof(fm_march_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_gpu_domain) == 32, "as std430 lays it out");
 #endif
 
