@@ -43,16 +43,19 @@ void set_entry(uint64_t element, uint voxel) {
     }
 }
 
-// What the bundle's brushes make of a voxel.
-uint edited(uint voxel, ivec3 at, fm_gpu_bundle bundle) {
+// What the bundle's brushes make of `count` voxels from `at` on.
+uvec4 edited(uvec4 v, uint count, ivec3 at, fm_gpu_bundle bundle) {
     for (uint i = 0; i < bundle.brush_count; i++) {
-        uint brush = ref_u32(push.order + (bundle.first_brush + i) * 4).v;
-        ref_brush from = ref_brush(push.brushes + uint64_t(brush) * 64);
-        if (brush_covers(from, at)) {
-            voxel = from.v.voxel;
+        uint number = ref_u32(push.order + (bundle.first_brush + i) * 4).v;
+        ref_brush brush = ref_brush(push.brushes + uint64_t(number) * 64);
+        // Kept a loop, for its body is long.
+        [[dont_unroll]] for (uint k = 0; k < count; k++) {
+            if (brush_covers(brush, at + ivec3(k, 0, 0))) {
+                v[k] = brush.v.voxel;
+            }
         }
     }
-    return voxel;
+    return v;
 }
 
 // Four voxels from x on; which of them are solid.
@@ -71,12 +74,10 @@ uint do_quad(uint64_t row, ivec3 at, fm_gpu_bundle bundle) {
     }
     if (LISTED && bundle.brush_count > 0) {
         uvec4 before = v;
-        [[unroll]] for (uint i = 0; i < 4; i++) {
-            if (i < count) {
-                v[i] = edited(v[i], at + ivec3(i, 0, 0), bundle);
-                if (v[i] != before[i]) {
-                    ref_u32(from + 4 * i).v = v[i];
-                }
+        v = edited(v, count, at, bundle);
+        for (uint i = 0; i < count; i++) {
+            if (v[i] != before[i]) {
+                ref_u32(from + 4 * i).v = v[i];
             }
         }
     }

@@ -47,7 +47,9 @@ static fm_result scan_layout(const fm_world *world, fm_column_layout *layout) {
     bool half = fm_world_cap(&world->desc) == UINT8_MAX && device->float16;
     uint32_t longest = (uint32_t)fm_max_u64(world->desc.shape.y, world->desc.shape.z);
     uint64_t limit = fm_min_u64(device->max_workgroup, device->shared_memory / (half ? 40 : 72));
-    for (uint32_t rows = half ? 32 : 16; rows <= (half ? 64 : 32); rows *= 2) {
+    // Registers are a GPU's; a software driver takes half a minute to compile what is unrolled that far.
+    uint32_t fewest = device->kind == FM_DEVICE_SOFTWARE ? 4 : half ? 32 : 16;
+    for (uint32_t rows = fewest; rows <= (half ? 64 : 32); rows *= 2) {
         uint32_t segments = (uint32_t)fm_div_up(longest, rows);
         uint32_t lanes = floor_power_of_two(fm_min_u64(half ? 16 : 8, limit / segments));
         while (segments * lanes < 128 && lanes < 32 && 4 * lanes < world->desc.shape.x) {
@@ -373,7 +375,8 @@ static fm_result do_columns(fm_world *world, fm_slot *slot, bool along_z, bool l
                                   along_z ? FM_TARGET_FINISH : FM_TARGET_RAW,
                                   layout->tile_width,
                                   listed,
-                                  along_z};
+                                  along_z,
+                                  shape.x % 4 == 0};
     fm_dispatch dispatch = {.kernel = layout->kernel,
                             .constants = constants,
                             .constant_count = sizeof constants / sizeof constants[0],

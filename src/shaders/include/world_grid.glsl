@@ -9,6 +9,8 @@ layout(constant_id = 3) const uint FORMAT = FM_GPU_PACKED;
 layout(constant_id = 7) const uint TILE_WIDTH = 64;
 layout(constant_id = 8) const bool LISTED = false;  // only the tiles of the list are done, and changes are passed on
 
+layout(constant_id = 10) const bool QUADS = false;   // rows are a multiple of four voxels long
+
 layout(push_constant) uniform push_block {
     fm_world_push push;
 };
@@ -48,26 +50,31 @@ bool may_have_changed(uint n, uint value) {
     return nearest <= value && nearest < push.cap;
 }
 
-// A bit for each row of a segment that changed, and the least distance there, before or after.
+// A bit for each row of a segment that changed, and the least distance there, before or after: of this invocation, and of all.
+uint own_rows[(ROWS + 31) / 32];
+uint own_least;
 shared uint changed_rows[SEGMENTS][(ROWS + 31) / 32];
 shared uint changed_least[SEGMENTS];
 
 void clear_changes() {
     if (LISTED && !ALONG_Z) {
-        if (gl_LocalInvocationID.x == 0) {
-            [[unroll]] for (uint i = 0; i < (ROWS + 31) / 32; i++) {
+        [[unroll]] for (uint i = 0; i < (ROWS + 31) / 32; i++) {
+            own_rows[i] = 0;
+            if (gl_LocalInvocationID.x == 0) {
                 changed_rows[gl_LocalInvocationID.y][i] = 0;
             }
+        }
+        own_least = FM_GPU_NONE;
+        if (gl_LocalInvocationID.x == 0) {
             changed_least[gl_LocalInvocationID.y] = FM_GPU_NONE;
         }
-        barrier();
     }
 }
 
 // `row` of this invocation's segment changed, where the distance was or is `least`.
 void note_change(uint row, uint least) {
-    atomicOr(changed_rows[gl_LocalInvocationID.y][row / 32], 1u << (row & 31u));
-    atomicMin(changed_least[gl_LocalInvocationID.y], least);
+    own_rows[row / 32] |= 1u << (row & 31u);
+    own_least = min(own_least, least);
 }
 
 // Lists the tiles along z that hold a changed row of this tile.
@@ -75,8 +82,15 @@ void pass_on_changes(uint slice, uint tile_x) {
     if (!LISTED || ALONG_Z) {
         return;
     }
-    barrier();
     uint segment = gl_LocalInvocationID.y;
+    barrier();
+    if (own_least != FM_GPU_NONE) {
+        [[unroll]] for (uint i = 0; i < (ROWS + 31) / 32; i++) {
+            atomicOr(changed_rows[segment][i], own_rows[i]);
+        }
+        atomicMin(changed_least[segment], own_least);
+    }
+    barrier();
     uint least = changed_least[segment];
     for (uint row = gl_LocalInvocationID.x; row < ROWS; row += LANES) {
         if ((changed_rows[segment][row / 32] >> (row & 31u) & 1u) != 0) {
@@ -95,22 +109,16 @@ void pass_on_changes(uint slice, uint tile_x) {
 void do_tile(uint slice, uint x);
 
 void run_tiles() {
-    if (!LISTED) {
-        uint64_t tile = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
-        if (tile < uint64_t(push.tiles) * column_slices()) {
-            do_tile(uint(tile / push.tiles), uint(tile % push.tiles) * TILE_WIDTH);
-        }
-        return;
-    }
-    uint count = list_count(push.list);
+    uint count = LISTED ? list_count(push.list) : push.tiles * column_slices();
+    uint groups = gl_NumWorkGroups.x * gl_NumWorkGroups.y;
     bool first = gl_LocalInvocationIndex == 0;
-    if (first && gl_WorkGroupID.x == 0) {
+    if (LISTED && first && gl_WorkGroupID.x == 0) {
         ref_u32(push.counted).v = count;
     }
-    for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
-        uint tile = ref_u32(push.entries + uint64_t(i) * 4).v;
+    for (uint i = uint(folded_group(gl_WorkGroupID, gl_NumWorkGroups)); i < count; i += groups) {
+        uint tile = LISTED ? ref_u32(push.entries + uint64_t(i) * 4).v : i;
         fm_address mark = push.marks + uint64_t(tile) * (ALONG_Z ? 16 : 4);
-        if (ALONG_Z) {
+        if (LISTED && ALONG_Z) {
             uvec4 change = ref_u32x4(mark).v;
             change_first = FM_GPU_NONE - change.x;
             change_last = change.y - 1;
@@ -118,6 +126,9 @@ void run_tiles() {
         }
         clear_changes();
         do_tile(tile / push.tiles, tile % push.tiles * TILE_WIDTH);
+        if (!LISTED) {
+            break;
+        }
         pass_on_changes(tile / push.tiles, tile % push.tiles);
         barrier();
         if (first && ALONG_Z) {

@@ -8,20 +8,6 @@ void do_tile(uint slice, uint x) {
     scan_tile(slice, x);
 }
 
-// The least distance, before or after, of those that differ between two rows of packed distances.
-uint least_change(uvec2 before, uvec2 after) {
-    uint least = FM_GPU_NONE;
-    const uint bits = WIDTH == 1 ? 8 : 16;
-    const uint mask = WIDTH == 1 ? 0xffu : 0xffffu;
-    [[unroll]] for (uint i = 0; i < 4; i++) {
-        uint word = i * bits / 32;
-        uint b = before[word] >> (i * bits & 31u) & mask;
-        uint a = after[word] >> (i * bits & 31u) & mask;
-        least = a != b ? min(least, min(a, b)) : least;
-    }
-    return least;
-}
-
 uvec2 pack_quad(quad_t q) {
     if (WIDTH == 1) {
         return uvec2(pack_bytes(q), 0);
@@ -44,13 +30,27 @@ stored_t fetch_stored(uint slice, uint n, uint x) {
     return stored;
 }
 
+// The least distance, before or after, of those that differ between two packed quads.
+uint least_change(uvec2 before, uvec2 after) {
+    const uint bits = WIDTH == 1 ? 8 : 16;
+    const uint mask = WIDTH == 1 ? 0xffu : 0xffffu;
+    uint least = FM_GPU_NONE;
+    [[unroll]] for (uint i = 0; i < 4; i++) {
+        uint word = i * bits / 32;
+        uint b = before[word] >> (i * bits & 31u) & mask;
+        uint a = after[word] >> (i * bits & 31u) & mask;
+        least = min(least, a != b ? min(a, b) : FM_GPU_NONE);
+    }
+    return least;
+}
+
 void store_middle(uint64_t row, uint row_in_segment, uint x, quad_t q, stored_t stored) {
     fm_address to = raw_at(row, x, WIDTH);
     uvec2 after = pack_quad(q);
+    if (LISTED && stored.v == after) {
+        return;
+    }
     if (LISTED) {
-        if (stored.v == after) {
-            return;
-        }
         note_change(row_in_segment, least_change(stored.v, after));
     }
     if (WIDTH == 1) {
@@ -60,16 +60,24 @@ void store_middle(uint64_t row, uint row_in_segment, uint x, quad_t q, stored_t 
     }
 }
 
+uvec4 values_of(quad_t q) {
+    return uvec4(quad_value(q, 0), quad_value(q, 1), quad_value(q, 2), quad_value(q, 3));
+}
+
+// Solid voxels keep their entries, which hold their colour.
 void store_packed_field(uint64_t element, uint x, quad_t q) {
     fm_address to = push.distance + element * 4;
-    uvec4 v = uvec4(quad_value(q, 0), quad_value(q, 1), quad_value(q, 2), quad_value(q, 3));
-    bool aligned = (push.x & 3u) == 0;
-    if (aligned && all(notEqual(v, uvec4(0)))) {
-        ref_u32x4(to).v = v << 24;
+    uvec4 v = values_of(q);
+    if (QUADS) {
+        uvec4 entries = v << 24;
+        if (any(equal(v, uvec4(0)))) {
+            entries = mix(entries, ref_u32x4(to).v, equal(v, uvec4(0)));
+        }
+        ref_u32x4(to).v = entries;
         return;
     }
-    [[unroll]] for (uint i = 0; i < 4; i++) {
-        if (v[i] != 0 && (aligned || x + i < push.x)) {
+    [[dont_unroll]] for (uint i = 0; i < min(4, push.x - x); i++) {
+        if (v[i] != 0) {
             ref_u32(to + 4 * i).v = v[i] << 24;
         }
     }
@@ -78,7 +86,7 @@ void store_packed_field(uint64_t element, uint x, quad_t q) {
 void store_split_field(uint64_t element, uint x, quad_t q) {
     fm_address to = push.distance + element * WIDTH;
     uvec2 v = pack_quad(q);
-    if ((push.x & 3u) == 0) {
+    if (QUADS) {
         if (WIDTH == 1) {
             ref_u32(to).v = v.x;
         } else {
@@ -86,10 +94,7 @@ void store_split_field(uint64_t element, uint x, quad_t q) {
         }
         return;
     }
-    [[unroll]] for (uint i = 0; i < 4; i++) {
-        if (x + i >= push.x) {
-            break;
-        }
+    [[dont_unroll]] for (uint i = 0; i < min(4, push.x - x); i++) {
         if (WIDTH == 1) {
             ref_u8(to + i).v = uint8_t(v.x >> (8 * i));
         } else {
@@ -99,7 +104,8 @@ void store_split_field(uint64_t element, uint x, quad_t q) {
 }
 
 uint greatest_of(quad_t q) {
-    return max(max(quad_value(q, 0), quad_value(q, 1)), max(quad_value(q, 2), quad_value(q, 3)));
+    uvec4 v = values_of(q);
+    return max(max(v.x, v.y), max(v.z, v.w));
 }
 
 void store_quad(uint slice, uint n, uint x, quad_t q, stored_t stored) {
