@@ -296,6 +296,30 @@ static void test_brute_parts(fm_context *cpu, fm_context *gpu) {
     run_setup(&s, cpu, gpu, 0, 1);
 }
 
+// The longest ways that there are: from one corner, and then from the one across.
+static void test_far(fm_context *cpu, fm_context *gpu) {
+    static const fm_shape far[] = {{90, 40, 33}, {300, 9, 17}};
+    for (uint32_t i = 0; i < 2 * 2 * 3; i++) {
+        fm_shape shape = far[i & 1];
+        const setup s = {.shape = shape,
+                         .method = {.algorithm = i & 2 ? FM_WORLD_JFA_FIM : FM_WORLD_FIM,
+                                    .chunk = i / 4 == 0 ? 0 : 16,
+                                    .border = i / 4 == 1 ? FM_BORDER_HALO : FM_BORDER_EXCHANGE},
+                         .format = i & 1 ? FM_FIELD_PACKED : FM_FIELD_SPLIT_U16};
+        const fm_brush near_corner = {.voxel = 3},
+                       far_corner = {.voxel = 4, .from = {(int32_t)shape.x - 1, (int32_t)shape.y - 1, (int32_t)shape.z - 1}};
+        const fm_brush moved[] = {{.voxel = 0}, far_corner};
+        worlds w;
+        if (open_worlds(&w, &s, cpu, gpu)) {
+            edit(&w, &s, &near_corner, 1);
+            check_stage(&w, &s, cpu, 0);
+            edit(&w, &s, moved, 2);
+            check_stage(&w, &s, cpu, 1);
+        }
+        close_worlds(&w);
+    }
+}
+
 // So many rounds that the device's lists are used again.
 static void test_many_updates(fm_context *cpu, fm_context *gpu) {
     const setup s = {
@@ -436,6 +460,7 @@ int main(int count, char **arguments) {
             test_brute_parts(cpu, gpu);
             test_many_updates(cpu, gpu);
         }
+        test_far(cpu, gpu);
         test_exchange(cpu, gpu);
         test_selective(cpu, gpu);
     }
