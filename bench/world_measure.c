@@ -137,10 +137,11 @@ static const char *one_edit(const run *r, uint64_t update, bench_world_frame *fr
 }
 
 static const char *one_full(const run *r, bench_world_frame *frame) {
-    const fm_shape shape = r->what->desc.shape;
-    fm_world_mark(r->world, &(fm_box){{0, 0, 0}, {shape.x, shape.y, shape.z}});
+    if (fm_world_set_method(r->world, &r->what->desc.method) != FM_OK) {
+        return fm_last_error();
+    }
     const char *failure = one_update(r, frame);
-    return failure || frame->stats.full ? failure : "an update of a world that was marked whole did not regenerate all of it";
+    return failure || frame->stats.full ? failure : "the update after a change of the method did not regenerate everything";
 }
 
 static double warm_up_ms(const run *r, double most) {

@@ -62,8 +62,11 @@ void bench_world_target_print(FILE *stream, const bench_world_target *target, co
 void bench_world_target_memory(FILE *stream, const bench_world_result *result) {
     char shape[40];
     bench_shape_text(result->what.desc.shape, shape);
+    if (result->failure[0]) {
+        return;
+    }
     const double bytes = bench_world_per_voxel(result, result->rest_bytes);
-    const bool known = comparable(result, MEMORY_SIZE) && !result->failure[0];
+    const bool known = comparable(result, MEMORY_SIZE);
     fprintf(stream, "| memory beside voxels and field, %d^3, bytes a voxel | %s | %.3f | - | 1 | %d | - | %s |\n", MEMORY_SIZE,
             shape, bytes, MEMORY_MUST,
             !known                 ? "another device or size"
