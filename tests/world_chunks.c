@@ -451,7 +451,7 @@ int main(int count, char **arguments) {
         CHECK_OK(result);
     }
     if (count == 1 || gpu) {
-        test_all(cpu, gpu, 4);
+        test_all(cpu, gpu, gpu ? 4 : 7);
         if (gpu) {
             // Batches of a few chunks.
             setenv("FATHOM_SCRATCH", "30000", 1);
