@@ -11,7 +11,7 @@
 #include <cjson/cJSON.h>
 #include <stdio.h>
 
-enum { BENCH_MAX_PASSES = 64, BENCH_MAX_MEMORY = 16 };
+enum { BENCH_MAX_PASSES = 64, BENCH_MAX_MEMORY = 32 };
 
 // One thing to compute. L1 and Linf distances saturate at the largest value of their type; L2 in U32 is the square.
 typedef struct bench_case {
