@@ -405,6 +405,13 @@ static fm_result record(fm_world *world, const fm_world_job *job, fm_slot **slot
 
 fm_result fm_gpu_world_update(fm_world *world, const fm_world_job *job) {
     fm_gpu_world *own = world->gpu;
+    fm_world_job whole = *job;
+    if (job->batch_count > 1 && world->desc.method.algorithm == FM_WORLD_EXACT) {
+        // A voxel that one batch makes solid and a later one air again has lost its distance, though nothing changed. So many edits
+        // are worth a new field.
+        whole.full = true;
+        job = &whole;
+    }
     FM_TRY(begin_flight(world));
     fm_slot *slot;
     FM_TRY(fm_commands_begin(own->gpu, &slot));

@@ -239,6 +239,12 @@ static fm_result bin(fm_world_queue *queue, uint32_t begin, uint32_t end, bool b
     fm_result result = bin_into(queue, start->bundle, begin, end, boxes);
     forget_bundles(queue, start->bundle);
     FM_TRY(result);
+    if (queue->bundles.count == start->bundle) {
+        // The brushes' boxes reach the world, the brushes do not.
+        queue->batches.count--;
+        queue->starts.count--;
+        return FM_OK;
+    }
     fm_world_batch *made = (fm_world_batch *)queue->batches.data + batch;
     *made = (fm_world_batch){.bundle_count = queue->bundles.count - start->bundle,
                              .brush_count = end - begin,
@@ -296,7 +302,7 @@ fm_result fm_queue_job(fm_world_queue *queue, fm_world_job *job, fm_box *touched
         include(touched, &queue->boxes[i]);
     }
     const fm_gpu_brush *brushes = queue->brushes.data;
-    for (uint32_t i = 0; i < queue->brushes.count; i++) {
+    for (uint32_t i = 0; job->batch_count > 0 && i < queue->brushes.count; i++) {
         fm_box box = brush_box(&brushes[i]);
         include(touched, &box);
     }

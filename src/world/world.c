@@ -204,19 +204,25 @@ void fm_world_mark(fm_world *world, const fm_box *box) {
     fm_queue_mark(world->queue, box);
 }
 
+static fm_result carry_out(fm_world *world) {
+    fm_world_job job = {.full = world->all_dirty};
+    fm_box touched;
+    FM_TRY(fm_queue_job(world->queue, &job, &touched));
+    if (job.batch_count == 0 && !job.full && !world->focus_moved) {
+        return FM_OK;
+    }
+    if (world->desc.method.algorithm != FM_WORLD_EXACT) {
+        FM_TRY(fm_chunks_plan(world, job.full ? NULL : &touched, &job));
+    }
+    return world->gpu ? fm_gpu_world_update(world, &job) : fm_host_world_update(world, &job);
+}
+
 fm_result fm_world_update(fm_world *world, fm_ticket *ticket) {
     if (!world) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "world is NULL");
     }
-    bool nothing = !world->all_dirty && !world->focus_moved && fm_queue_empty(world->queue);
-    if (!nothing) {
-        fm_world_job job = {.full = world->all_dirty};
-        fm_box touched;
-        FM_TRY(fm_queue_job(world->queue, &job, &touched));
-        if (world->desc.method.algorithm != FM_WORLD_EXACT) {
-            FM_TRY(fm_chunks_plan(world, job.full ? NULL : &touched, &job));
-        }
-        FM_TRY(world->gpu ? fm_gpu_world_update(world, &job) : fm_host_world_update(world, &job));
+    if (world->all_dirty || world->focus_moved || !fm_queue_empty(world->queue)) {
+        FM_TRY(carry_out(world));
         fm_queue_clear(world->queue);
         world->all_dirty = false;
         world->focus_moved = false;
