@@ -11,6 +11,7 @@ int command_slice(int argc, char **argv);
 int command_transform(int argc, char **argv);
 int command_convert(int argc, char **argv);
 int command_world(int argc, char **argv);
+int command_render(int argc, char **argv);
 int command_paint(int argc, char **argv);  // where the painting program is built
 int command_bench(int argc, char **argv);
 // bench hands over to these.

@@ -20,6 +20,7 @@ static const command commands[] = {
 #ifdef CLI_PAINT
     {"paint", "fly through a world, dig and build in it", command_paint},
 #endif
+    {"render", "make a picture or a film of a world", command_render},
     {"info", "describe a file", command_info},
     {"slice", "write a slice of a volume as PNG", command_slice},
     {"convert", "copy a volume into another format", command_convert},

@@ -5,6 +5,7 @@
 #include "cli.h"
 #include "commands.h"
 #include "files.h"
+#include "method.h"
 #include "report.h"
 #include "words.h"
 #include "world_script.h"
@@ -24,7 +25,7 @@ typedef struct world_request {
     fm_read_desc read;
     bench_session_desc session;
     fm_world_desc desc;
-    bool focus_given;
+    const method_options *method;
     world_script script;
     const char *voxels, *field, *slice;
     fm_type voxel_type, field_type;
@@ -327,11 +328,7 @@ static int run(world_request *request) {
     outcome.samples = calloc(request->place_count + 1, sizeof *outcome.samples);
     int status = session && outcome.samples ? start_volume(request, &start) : cli_fail("out of memory: free some");
     if (status == CLI_DONE) {
-        if (!request->focus_given) {
-            const fm_shape shape = request->desc.shape;
-            const int32_t middle[3] = {(int32_t)(shape.x / 2), (int32_t)(shape.y / 2), (int32_t)(shape.z / 2)};
-            memcpy(request->desc.method.focus, middle, sizeof middle);
-        }
+        method_focus(request->method, &request->desc);
         status = work(request, session, start, &outcome);
         fm_volume_destroy(start);
     }
@@ -342,10 +339,11 @@ static int run(world_request *request) {
 }
 
 typedef struct world_args {
-    struct arg_str *in, *size, *scene, *scene_seed, *edits, *edit, *algorithm, *chunk, *border, *convergence, *format, *focus,
-        *focus_at, *near, *far, *max_distance, *voxels, *voxel_type, *field, *type, *slice, *at, *backend, *device, *threads;
+    struct arg_str *in, *size, *scene, *scene_seed, *edits, *edit, *voxels, *voxel_type, *field, *type, *slice, *at, *backend,
+        *device, *threads;
     struct arg_lit *check, *compress, *quiet, *json;
     files_input input;
+    method_options method;
 } world_args;
 
 static void add_options(cli_args *args, world_args *a) {
@@ -364,19 +362,7 @@ static void add_options(cli_args *args, world_args *a) {
     a->type = cli_add(args, arg_str0(NULL, "type", "u8|u16|u32|f32", "of the written distances; default what the format has"));
     a->slice = cli_add(args, arg_str0(NULL, "slice", "FILE.png", "write a picture of the distances' middle slice"));
     a->compress = cli_add(args, arg_lit0(NULL, "compress", "gzip; a name that ends in .gz asks for it too"));
-    a->algorithm =
-        cli_add(args, arg_str0(NULL, "algorithm", "NAME",
-                               "exact (default), brute-force, fim, jfa-published, jfa, jfa-1+, jfa+2, jfa-fim, selective, "
-                               "published-final"));
-    a->chunk = cli_add(args, arg_str0(NULL, "chunk", "EDGE", "8 to 256, or 0: the whole world; default 0, selective 32"));
-    a->border = cli_add(args, arg_str0(NULL, "border", "padding|halo|exchange", "of chunks; default padding"));
-    a->convergence = cli_add(args, arg_str0(NULL, "convergence", "device|host", "of fim and jfa-fim; default device"));
-    a->format = cli_add(args, arg_str0(NULL, "format", "packed|split-u8|split-u16|squared", "of the field; default packed"));
-    a->focus = cli_add(args, arg_str0(NULL, "focus", "CHUNKS", "selective: edge of the focus; default 3"));
-    a->focus_at = cli_add(args, arg_str0(NULL, "focus-at", "X,Y,Z", "selective: where it is; default the middle"));
-    a->near = cli_add(args, arg_str0(NULL, "near", "NAME", "selective: in the focus; default jfa-fim"));
-    a->far = cli_add(args, arg_str0(NULL, "far", "NAME", "selective: elsewhere; default jfa-published"));
-    a->max_distance = cli_add(args, arg_str0(NULL, "max-distance", "D", "squared: greater distances become this; default none"));
+    method_options_add(args, &a->method);
     a->check = cli_add(args, arg_lit0(NULL, "check", "compare the field with the exact distances"));
     a->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
     a->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
@@ -412,53 +398,6 @@ static bool read_start(const world_args *a, world_request *r) {
     }
     r->scene_desc.seed = (uint64_t)seed;
     return files_input_desc(&a->input, &r->read) && (!a->size->count || cli_shape("--size", a->size->sval[0], &r->desc.shape));
-}
-
-static bool read_focus(const world_args *a, fm_world_method *method) {
-    double place[3] = {0};
-    if (a->focus_at->count && !cli_triple("--focus-at", a->focus_at->sval[0], place)) {
-        return false;
-    }
-    for (int i = 0; i < 3; i++) {
-        if (fabs(place[i]) > 1 << 30 || place[i] != floor(place[i])) {
-            cli_usage("--focus-at is \"%s\": whole numbers from -%d to %d are wanted", a->focus_at->sval[0], 1 << 30, 1 << 30);
-            return false;
-        }
-        method->focus[i] = (int32_t)place[i];
-    }
-    return cli_uint32("--focus", given(a->focus, "3"), 1, &method->focus_chunks);
-}
-
-static bool read_method(const world_args *a, world_request *r) {
-    int algorithm = 0, border = 0, convergence = 0, format = 0, near = 0, far = 0;
-    fm_world_method *method = &r->desc.method;
-    if (!cli_word("--algorithm", given(a->algorithm, "exact"), fm_world_algorithm_words, &algorithm) ||
-        !cli_word("--border", given(a->border, "padding"), fm_world_border_words, &border) ||
-        !cli_word("--convergence", given(a->convergence, "device"), fm_world_convergence_words, &convergence) ||
-        !cli_word("--format", given(a->format, "packed"), fm_field_format_words, &format) ||
-        !cli_word("--near", given(a->near, "exact"), fm_world_algorithm_words, &near) ||
-        !cli_word("--far", given(a->far, "exact"), fm_world_algorithm_words, &far) ||
-        !cli_chunk("--chunk", given(a->chunk, algorithm == FM_WORLD_SELECTIVE ? "32" : "0"), &method->chunk) ||
-        !cli_uint32("--max-distance", given(a->max_distance, "0"), 0, &r->desc.max_distance) || !read_focus(a, method)) {
-        return false;
-    }
-    r->desc.format = (fm_field_format)format;
-    r->focus_given = a->focus_at->count > 0;
-    method->algorithm = (fm_world_algorithm)algorithm;
-    method->border = (fm_world_border)border;
-    method->convergence = (fm_world_convergence)convergence;
-    method->near = (fm_world_algorithm)near;
-    method->far = (fm_world_algorithm)far;
-    if (method->algorithm == FM_WORLD_EXACT && method->chunk) {
-        cli_usage("--chunk is given with --algorithm exact, which has none: leave it out, or name another algorithm");
-        return false;
-    }
-    *method = bench_world_method(method);
-    const char *refusal = bench_world_refuses(&r->desc);
-    if (refusal) {
-        cli_usage("world: %s", refusal);
-    }
-    return !refusal;
 }
 
 static bool read_types(const world_args *a, world_request *r) {
@@ -559,10 +498,10 @@ int command_world(int argc, char **argv) {
     add_options(&args, &options);
     int status;
     if (cli_parse(&args, &help, argc, argv, &status)) {
-        world_request request = {0};
+        world_request request = {.method = &options.method};
         status = CLI_USAGE;
-        if (read_start(&options, &request) && read_method(&options, &request) && read_backend(&options, &request) &&
-            read_outputs(&options, &request) && read_places(&options, &request)) {
+        if (read_start(&options, &request) && method_options_read(&options.method, &request.desc) &&
+            read_backend(&options, &request) && read_outputs(&options, &request) && read_places(&options, &request)) {
             status = read_script(&options, &request);
         }
         status = status == CLI_DONE ? run(&request) : status;

@@ -188,6 +188,7 @@ fm_result fm_gpu_render_read(fm_renderer *renderer, uint8_t *pixels) {
 
 void fm_gpu_render_describe(const fm_renderer *renderer, fm_volume_buffer *buffer) {
     fm_buffer_describe(renderer->gpu->picture, buffer);
+    buffer->size = 4 * (uint64_t)renderer->gpu->width * renderer->gpu->height;
 }
 
 fm_result fm_gpu_render_stats(fm_renderer *renderer) {

@@ -1,0 +1,471 @@
+// SPDX-License-Identifier: MIT
+// fathom render: pictures and films of a world.
+
+#include "render.h"
+#include "camera.h"
+#include "cli.h"
+#include "commands.h"
+#include "files.h"
+#include "method.h"
+#include "video.h"
+#include "words.h"
+#include "world.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_KEYS = 1024, MAX_PASSES = 128, TIMED_RUNS = 5, WARM_UP_MS = 300 };
+
+// Where a camera is and looks: position, yaw, pitch, field of view.
+typedef struct camera_key {
+    double v[6];
+} camera_key;
+
+typedef struct render_request {
+    const char *in;
+    const fm_scene *scene;
+    fm_read_desc read;
+    bench_session_desc session;
+    fm_world_desc world;
+    const method_options *method;
+    fm_render_desc desc;  // camera aside
+    bool camera_given, around_given, slice_middle, stats, quiet;
+    camera_key camera;
+    double around[6];  // target, distance (0: one that suits), yaw, pitch
+    camera_key keys[MAX_KEYS];
+    uint32_t key_count, frames;
+    double fps;
+    const char *out;
+} render_request;
+
+typedef struct stage {
+    const render_request *request;
+    fm_context *context;
+    fm_world *world;
+    fm_renderer *renderer;
+    uint8_t *pixels;
+} stage;
+
+// Half-way between keys the camera moves as fast as at them: a cubic through four of them (Catmull and Rom 1974).
+static camera_key between(const camera_key *keys, uint32_t count, double place) {
+    const uint32_t first = place >= count - 1 ? (count > 1 ? count - 2 : 0) : (uint32_t)place;
+    const double t = place - first;
+    camera_key result;
+    const camera_key *b = &keys[first], *c = &keys[first + 1 < count ? first + 1 : first];
+    const camera_key *a = first > 0 ? b - 1 : b, *d = first + 2 < count ? c + 1 : c;
+    for (int i = 0; i < 6; i++) {
+        result.v[i] =
+            b->v[i] +
+            0.5 * t *
+                (c->v[i] - a->v[i] +
+                 t * (2 * a->v[i] - 5 * b->v[i] + 4 * c->v[i] - d->v[i] + t * (3 * (b->v[i] - c->v[i]) + d->v[i] - a->v[i])));
+    }
+    return result;
+}
+
+static fm_camera camera_of(const render_request *request, uint32_t frame) {
+    const fm_shape shape = request->world.shape;
+    const double aspect = (double)request->desc.width / request->desc.height;
+    const double turn = 360.0 * frame / request->frames;
+    if (request->key_count) {
+        const double place = request->frames > 1 ? (double)frame * (request->key_count - 1) / (request->frames - 1) : 0;
+        const camera_key key = between(request->keys, request->key_count, place);
+        return camera_look(key.v, key.v[3], key.v[4], key.v[5]);
+    }
+    if (request->camera_given) {
+        return camera_look(request->camera.v, request->camera.v[3] + turn, request->camera.v[4], request->camera.v[5]);
+    }
+    if (!request->around_given) {
+        return camera_fit(shape, aspect, 50 + turn, -32, 60);
+    }
+    const double longest = fmax(shape.x, fmax(shape.y, shape.z));
+    const double *around = request->around;
+    return camera_around(around, around[3] > 0 ? around[3] : 0.6 * longest, around[4] + turn, around[5], 60);
+}
+
+static int render(const stage *s, fm_camera camera) {
+    fm_render_desc desc = s->request->desc;
+    desc.camera = camera;
+    const bool good = fm_render(s->renderer, s->world, &desc, NULL) == FM_OK && fm_renderer_read(s->renderer, s->pixels) == FM_OK;
+    return good ? CLI_DONE : cli_library_failed();
+}
+
+// "a.png" becomes "a0007.png".
+static void numbered(const char *path, uint32_t number, char *text, size_t size) {
+    const size_t stem = strlen(path) - 4;
+    snprintf(text, size, "%.*s%04u%s", (int)stem, path, number, path + stem);
+}
+
+static int write_pictures(const stage *s) {
+    const render_request *request = s->request;
+    int status = CLI_DONE;
+    for (uint32_t i = 0; status == CLI_DONE && i < request->frames; i++) {
+        char path[4096];
+        numbered(request->out, i, path, sizeof path);
+        const char *name = request->frames > 1 ? path : request->out;
+        status = render(s, camera_of(request, i));
+        if (status == CLI_DONE && fm_image_write_png(name, request->desc.width, request->desc.height, 4, s->pixels) != FM_OK) {
+            status = cli_library_failed();
+        }
+    }
+    return status;
+}
+
+static int write_film(const stage *s) {
+    const render_request *request = s->request;
+    video *film = video_begin(request->out, request->desc.width, request->desc.height, request->fps);
+    if (!film) {
+        return CLI_FAILED;
+    }
+    bool good = true;
+    for (uint32_t i = 0; good && i < request->frames; i++) {
+        good = render(s, camera_of(request, i)) == CLI_DONE && video_frame(film, s->pixels);
+    }
+    return video_end(film, good);
+}
+
+// GPU time of a picture, or the CPU's: the median of a few.
+static fm_result time_picture(const stage *s, const fm_render_desc *desc, double *ms) {
+    double values[TIMED_RUNS];
+    const double begin = fm_now_ms();
+    for (int i = 0; i < TIMED_RUNS; i++) {
+        fm_pass passes[MAX_PASSES];
+        uint32_t count = MAX_PASSES;
+        fm_result result = fm_render(s->renderer, s->world, desc, NULL);
+        result = result == FM_OK ? fm_context_passes(s->context, &count, passes) : result;
+        if (result != FM_OK) {
+            return result;
+        }
+        values[i] = 0;
+        for (uint32_t k = 0; k < count; k++) {
+            values[i] += passes[k].milliseconds;
+        }
+        // An idle GPU takes a moment to run at full speed.
+        if (i == 0 && fm_context_backend(s->context) == FM_BACKEND_VULKAN && fm_now_ms() - begin < WARM_UP_MS) {
+            i = -1;
+        }
+    }
+    *ms = bench_stats_of(values, TIMED_RUNS).median;
+    return FM_OK;
+}
+
+static int print_stats(const stage *s) {
+    fm_render_desc desc = s->request->desc;
+    desc.camera = camera_of(s->request, 0);
+    double ms = 0;
+    fm_render_stats stats, wrong;
+    fm_result result = time_picture(s, &desc, &ms);
+    desc.count = true;
+    result = result == FM_OK ? fm_render(s->renderer, s->world, &desc, NULL) : result;
+    result = result == FM_OK ? fm_renderer_stats(s->renderer, &stats) : result;
+    desc.view = FM_VIEW_DIFFERENCE;
+    result = result == FM_OK ? fm_render(s->renderer, s->world, &desc, NULL) : result;
+    result = result == FM_OK ? fm_renderer_stats(s->renderer, &wrong) : result;
+    if (result != FM_OK) {
+        return cli_library_failed();
+    }
+    fm_device_info device;
+    fm_context_device(s->context, &device);
+    const double rays = (double)stats.rays > 0 ? (double)stats.rays : 1;
+    printf("%s (%s): %.3f ms, %.3g primary rays/s\n", device.name, device.driver, ms, ms > 0 ? rays * 1e3 / ms : 0);
+    printf("%" PRIu64 " rays, %" PRIu64 " meet a solid voxel; %.2f steps a ray, at most %" PRIu64 "\n", stats.rays, stats.hits,
+           (double)stats.steps / rays, stats.most_steps);
+    printf("wrong pixels against the march voxel by voxel: %" PRIu64 " (%.4f %%)\n", wrong.wrong, 100 * (double)wrong.wrong / rays);
+    return CLI_DONE;
+}
+
+static int start_volume(render_request *request, fm_volume **volume) {
+    if (request->scene) {
+        const fm_scene_desc desc = {.shape = request->world.shape};
+        *volume = bench_world_scene(request->scene, &desc);
+        return *volume ? CLI_DONE : cli_library_failed();
+    }
+    fm_file_info info;
+    const int status = files_read(request->in, &request->read, request->quiet, volume, &info);
+    request->world.shape = info.shape;
+    return status;
+}
+
+static int work(render_request *request, stage *s, const fm_volume *start) {
+    method_focus(request->method, &request->world);
+    if (request->slice_middle) {
+        const fm_shape shape = request->world.shape;
+        const uint32_t axes[3] = {shape.x, shape.y, shape.z};
+        request->desc.slice_index = (int32_t)(axes[request->desc.slice_axis] / 2);
+    }
+    s->pixels = malloc(4 * (size_t)request->desc.width * request->desc.height);
+    if (!s->pixels) {
+        return cli_fail("out of memory: free some");
+    }
+    if (!s->context || fm_world_create(s->context, &request->world, &s->world) != FM_OK ||
+        fm_world_load(s->world, start) != FM_OK || fm_world_update(s->world, NULL) != FM_OK ||
+        fm_renderer_create(s->context, &s->renderer) != FM_OK) {
+        return cli_library_failed();
+    }
+    int status = !request->out ? CLI_DONE : video_name(request->out) ? write_film(s) : write_pictures(s);
+    if (status == CLI_DONE && request->out && !request->quiet) {
+        printf("%s: %u x %u pixels%s\n", request->out, request->desc.width, request->desc.height,
+               request->frames > 1 ? ", a path" : "");
+    }
+    return status == CLI_DONE && request->stats ? print_stats(s) : status;
+}
+
+static int run(render_request *request) {
+    int status = !request->out              ? CLI_DONE
+                 : video_name(request->out) ? files_output_check(request->out)
+                 : request->frames > 1      ? files_output_check(request->out)
+                                            : files_picture_check(request->out);
+    if (status != CLI_DONE) {
+        return status;
+    }
+    fm_volume *start = NULL;
+    bench_session *session = bench_session_create(&request->session);
+    status = session ? start_volume(request, &start) : cli_fail("out of memory: free some");
+    if (status == CLI_DONE) {
+        stage s = {.request = request, .context = bench_session_context(session, FM_BACKEND_AUTO)};
+        status = work(request, &s, start);
+        fm_renderer_destroy(s.renderer);
+        fm_world_destroy(s.world);
+        free(s.pixels);
+        fm_volume_destroy(start);
+    }
+    bench_session_destroy(session);
+    return status;
+}
+
+typedef struct render_args {
+    struct arg_str *in, *out, *size, *camera, *look_at, *path, *keys, *fps, *march, *view, *shadow, *sun, *slice, *occlusion,
+        *backend, *device, *threads;
+    struct arg_lit *crosshair, *stats, *quiet;
+    files_input input;
+    method_options method;
+} render_args;
+
+static void add_options(cli_args *args, render_args *a) {
+    a->in = cli_add(args, arg_str1(NULL, NULL, "WORLD", "a volume file, or scene:NAME:SIZE"));
+    a->out = cli_add(args, arg_str0("o", "out", "FILE", "the picture, .png; a film, .mp4 or .webm, by ffmpeg"));
+    a->size = cli_add(args, arg_str0(NULL, "size", "WxH", "default 1280x720"));
+    a->camera =
+        cli_add(args, arg_str0(NULL, "camera", "X,Y,Z,YAW,PITCH[,FOV]",
+                               "in voxels and degrees: yaw 0 looks along +x, 90 along +y, pitch 90 up; default: all is seen"));
+    a->look_at = cli_add(args, arg_str0(NULL, "look-at", "X,Y,Z[,DISTANCE[,YAW[,PITCH]]]", "a camera around a place"));
+    a->path = cli_add(args, arg_str0(NULL, "path", "N", "N pictures, numbered, or frames: once around, or along --keys"));
+    a->keys = cli_add(args, arg_str0(NULL, "keys", "FILE", "cameras as in --camera, one a line, for --path"));
+    a->fps = cli_add(args, arg_str0(NULL, "fps", "F", "of a film; default 30"));
+    a->march = cli_add(args, arg_str0(NULL, "march", "skip|box|plain", "how rays use the field; default skip"));
+    a->view = cli_add(args, arg_str0(NULL, "view", "color|steps|normal|distance|slice|difference", "default color"));
+    a->shadow = cli_add(args, arg_str0(NULL, "shadow", "none|hard|soft", "default soft"));
+    a->occlusion = cli_add(args, arg_str0(NULL, "ao", "on|off", "ambient occlusion; default on"));
+    a->sun = cli_add(args, arg_str0(NULL, "sun", "X,Y,Z", "the way to the sun"));
+    a->slice = cli_add(args, arg_str0(NULL, "slice", "x|y|z[,INDEX]", "with --view slice; default z, the middle"));
+    a->crosshair = cli_add(args, arg_lit0(NULL, "crosshair", "mark the middle"));
+    a->stats = cli_add(args, arg_lit0(NULL, "stats", "print time, steps a ray and wrong pixels of the first picture"));
+    method_options_add(args, &a->method);
+    a->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
+    a->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
+    a->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
+    files_input_add(args, &a->input);
+    a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors and what --stats asks for"));
+}
+
+static const char *given(const struct arg_str *option, const char *otherwise) {
+    return option->count ? option->sval[0] : otherwise;
+}
+
+// Numbers with commas between them; false unless all of the text is `least` to `most` of them. The others stay.
+static bool numbers(const char *text, int least, int most, double *values) {
+    int count = 0;
+    for (const char *at = text; count < most; at++) {
+        char *end;
+        values[count] = strtod(at, &end);
+        if (end == at || !isfinite(values[count])) {
+            return false;
+        }
+        count++;
+        at = end;
+        if (*at != ',') {
+            return *at == '\0' && count >= least;
+        }
+    }
+    return false;
+}
+
+static bool read_camera(const char *what, const char *text, camera_key *key) {
+    *key = (camera_key){{0, 0, 0, 0, 0, 60}};
+    if (!numbers(text, 5, 6, key->v) || !(key->v[5] > 0 && key->v[5] < 180)) {
+        cli_usage("%s is \"%s\": X,Y,Z,YAW,PITCH or X,Y,Z,YAW,PITCH,FOV is wanted, the last above 0 and below 180", what, text);
+        return false;
+    }
+    return true;
+}
+
+static bool read_keys(const char *path, render_request *r) {
+    FILE *file = fopen(path, "r");
+    if (!file) {
+        cli_usage("--keys is \"%s\": it cannot be read", path);
+        return false;
+    }
+    char line[512];
+    bool good = true;
+    for (int number = 1; good && fgets(line, sizeof line, file); number++) {
+        line[strcspn(line, "#\r\n")] = '\0';
+        if (line[strspn(line, " \t")] == '\0') {
+            continue;
+        }
+        char what[64];
+        snprintf(what, sizeof what, "line %d of --keys", number);
+        good = read_camera(what, line, &r->keys[r->key_count]);
+        if (good && ++r->key_count == MAX_KEYS) {
+            cli_usage("--keys has %d cameras or more: use fewer", MAX_KEYS);
+            good = false;
+        }
+    }
+    fclose(file);
+    if (good && r->key_count == 0) {
+        cli_usage("--keys is \"%s\": no line of it is a camera", path);
+        good = false;
+    }
+    return good;
+}
+
+static bool read_cameras(const render_args *a, render_request *r) {
+    const char *wrong = NULL;
+    r->frames = 1;
+    r->around[4] = 50;
+    r->around[5] = -32;
+    r->camera_given = a->camera->count > 0;
+    r->around_given = a->look_at->count > 0;
+    if ((r->camera_given || r->around_given || a->keys->count) && (r->camera_given + r->around_given + (a->keys->count > 0)) > 1) {
+        wrong = "--camera, --look-at and --keys: one of them is enough";
+    } else if (a->keys->count && !a->path->count) {
+        wrong = "--keys is given without --path: how many pictures shall there be?";
+    }
+    if (wrong) {
+        cli_usage("%s", wrong);
+        return false;
+    }
+    if (r->around_given && !numbers(a->look_at->sval[0], 3, 6, r->around)) {
+        cli_usage("--look-at is \"%s\": X,Y,Z is wanted, then, if you like, a distance, yaw and pitch", a->look_at->sval[0]);
+        return false;
+    }
+    return (!r->camera_given || read_camera("--camera", a->camera->sval[0], &r->camera)) &&
+           (!a->path->count || cli_uint32("--path", a->path->sval[0], 1, &r->frames)) &&
+           (!a->keys->count || read_keys(a->keys->sval[0], r));
+}
+
+static bool read_slice(const render_args *a, render_request *r) {
+    const char *text = given(a->slice, "z");
+    const char *axis = strchr("xyz", text[0]);
+    double index = 0;
+    r->slice_middle = text[0] && text[1] == '\0';
+    if (!text[0] || !axis ||
+        (!r->slice_middle && (text[1] != ',' || !numbers(text + 2, 1, 1, &index) || index < 0 || index > 16383))) {
+        cli_usage("--slice is \"%s\": x, y or z is wanted, or one of them with a slice: z,10", text);
+        return false;
+    }
+    r->desc.slice_axis = (uint32_t)(axis - "xyz");
+    r->desc.slice_index = (int32_t)index;
+    return true;
+}
+
+static bool read_look(const render_args *a, render_request *r) {
+    static const char *const views[] = {"color", "steps", "normal", "distance", "slice", "difference", "colour", NULL};
+    static const char *const shadows[] = {"none", "hard", "soft", NULL};
+    static const char *const switches[] = {"on", "off", NULL};
+    int march = 0, view = 0, shadow = 0, occlusion = 0;
+    fm_shape size;
+    double sun[3] = {0};
+    if (!cli_word("--march", given(a->march, "skip"), fm_march_words, &march) ||
+        !cli_word("--view", given(a->view, "color"), views, &view) ||
+        !cli_word("--shadow", given(a->shadow, "soft"), shadows, &shadow) ||
+        !cli_word("--ao", given(a->occlusion, "on"), switches, &occlusion) ||
+        !cli_picture("--size", given(a->size, "1280x720"), &size) || !read_slice(a, r) ||
+        (a->sun->count && !cli_triple("--sun", a->sun->sval[0], sun))) {
+        return false;
+    }
+    r->desc.width = size.x;
+    r->desc.height = size.y;
+    r->desc.march = (fm_march)march;
+    r->desc.view = view == 6 ? FM_VIEW_COLOR : (fm_view)view;
+    r->desc.shadow = (fm_shadow)shadow;
+    r->desc.ambient_occlusion = occlusion == 0;
+    r->desc.crosshair = a->crosshair->count > 0;
+    for (int i = 0; i < 3; i++) {
+        r->desc.sun[i] = (float)sun[i];
+    }
+    return true;
+}
+
+static bool read_world(const render_args *a, render_request *r) {
+    static const char prefix[] = "scene:";
+    r->in = a->in->sval[0];
+    if (!files_input_desc(&a->input, &r->read) || !method_options_read(&a->method, &r->world)) {
+        return false;
+    }
+    if (strncmp(r->in, prefix, sizeof prefix - 1) != 0) {
+        return true;
+    }
+    char name[64];
+    const char *text = r->in + sizeof prefix - 1, *colon = strchr(text, ':');
+    snprintf(name, sizeof name, "%.*s", (int)(colon ? colon - text : 0), text);
+    if (!colon) {
+        cli_usage("WORLD is \"%s\": scene:NAME:SIZE is wanted, such as scene:terrain:256", r->in);
+        return false;
+    }
+    r->scene = cli_scene("WORLD", name);
+    return r->scene && cli_shape_word("WORLD", colon + 1, &r->world.shape);
+}
+
+static bool read_rest(const render_args *a, render_request *r) {
+    int backend = 0;
+    r->out = given(a->out, NULL);
+    r->stats = a->stats->count > 0;
+    r->quiet = a->quiet->count > 0;
+    if (!cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) ||
+        !cli_double("--fps", given(a->fps, "30"), &r->fps) ||
+        (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &r->session.threads))) {
+        return false;
+    }
+    r->session.backend = (fm_backend)backend;
+    r->session.device = given(a->device, NULL);
+    const char *wrong = NULL;
+    const size_t length = r->out ? strlen(r->out) : 0;
+    if (!r->out && !r->stats) {
+        wrong = "render: --out or --stats is needed: see fathom render --help";
+    } else if (!(r->fps > 0 && r->fps <= 1000)) {
+        wrong = "--fps is above 0 and at most 1000";
+    } else if (r->out && !video_name(r->out) && r->frames > 1 &&
+               (length < 5 || length > 4000 || strcmp(r->out + length - 4, ".png") != 0)) {
+        wrong = "--out with --path is numbered pictures, NAME.png, or a film, NAME.mp4 or NAME.webm";
+    }
+    if (wrong) {
+        cli_usage("%s", wrong);
+    }
+    return !wrong;
+}
+
+int command_render(int argc, char **argv) {
+    static const cli_help help = {
+        "render", "Makes pictures of a world by marching rays through its distance field.",
+        "fathom render scene:terrain:256 --out terrain.png\n"
+        "fathom render castle.vox --size 1920x1080 --camera 20,-40,60,70,-30 --out castle.png\n"
+        "fathom render scene:city:256 --path 120 --out around.mp4\n"
+        "fathom render scene:terrain:128 --view slice --slice y --out field.png\n"
+        "fathom render scene:terrain:128 --algorithm jfa-published --chunk 16 --view difference --out wrong.png --stats\n"};
+    cli_args args = {0};
+    render_args options;
+    add_options(&args, &options);
+    int status;
+    if (cli_parse(&args, &help, argc, argv, &status)) {
+        static render_request request;
+        request = (render_request){.method = &options.method};
+        const bool good = read_world(&options, &request) && read_look(&options, &request) && read_cameras(&options, &request) &&
+                          read_rest(&options, &request);
+        status = good ? run(&request) : CLI_USAGE;
+    }
+    cli_free(&args);
+    return status;
+}

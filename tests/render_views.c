@@ -1,0 +1,307 @@
+// SPDX-License-Identifier: MIT
+// Pictures by their values at chosen pixels: colours, faces, shadows, occlusion, the field's slice, what is tinted and marked; sums
+// and picks; and what is refused.
+
+#include "render_common.h"
+
+enum { SIDE = 65, MIDDLE = 32, WORLD = 24 };
+
+static const uint32_t RED = 0xe0, GREEN = 0x1c, GREY = 0x92;
+
+// A floor at z = 2 with a block on it.
+static uint32_t *make_voxels(void) {
+    uint32_t *voxels = calloc((size_t)WORLD * WORLD * WORLD, sizeof *voxels);
+    for (uint32_t i = 0; voxels && i < WORLD * WORLD * WORLD; i++) {
+        const uint32_t x = i % WORLD, y = i / WORLD % WORLD, z = i / WORLD / WORLD;
+        const bool block = x >= 10 && x < 14 && y >= 10 && y < 14 && z > 2 && z <= 8;
+        voxels[i] = z <= 2 ? GREY : block ? (x == 13 ? GREEN : RED) : 0;
+    }
+    return voxels;
+}
+
+// Straight down onto a place, from z = 20, with x to the right and y up: a pixel in the middle is the place itself.
+static fm_render_desc down_at(float x, float y) {
+    return (fm_render_desc){.camera = {{x, y, 20}, {0, 0, -1}, {0, 1, 0}, 40}, .width = SIDE, .height = SIDE, .sun = {1, 0, 1}};
+}
+
+static uint8_t *pixel_at(uint8_t *pixels, uint32_t x, uint32_t y) {
+    return pixels + 4 * (x + SIDE * y);
+}
+
+static int sum_of(const uint8_t *pixel) {
+    return pixel[0] + pixel[1] + pixel[2];
+}
+
+// Sum of the middle pixel's channels.
+static int middle_sum(render_stage *s, const fm_render_desc *desc) {
+    uint8_t *pixels = render_picture(s, desc);
+    const int sum = pixels ? sum_of(pixel_at(pixels, MIDDLE, MIDDLE)) : -1;
+    free(pixels);
+    return sum;
+}
+
+static void check_color(render_stage *s) {
+    fm_render_desc desc = down_at(11, 11);
+    uint8_t *pixels = render_picture(s, &desc);
+    if (pixels) {
+        const uint8_t *red = pixel_at(pixels, MIDDLE, MIDDLE);
+        CHECK(red[0] > 150 && red[1] < 80 && red[2] < 90 && red[3] == 255);
+        // The block's row of green lies to the right: x points there.
+        bool green = false;
+        for (uint32_t x = MIDDLE + 1; x < SIDE; x++) {
+            const uint8_t *p = pixel_at(pixels, x, MIDDLE);
+            green = green || (p[1] > 150 && p[0] < 80);
+        }
+        CHECK(green);
+    }
+    free(pixels);
+    // Up into the sky, from within the world and from outside.
+    desc.camera = (fm_camera){{11, 11, 15}, {0, 0, 1}, {0, 1, 0}, 40};
+    pixels = render_picture(s, &desc);
+    CHECK(pixels && pixels[2] > pixels[0]);
+    free(pixels);
+}
+
+static void check_shadow(render_stage *s) {
+    // The sun stands 45 degrees over +x: the block's shadow falls towards -x for 6 voxels.
+    for (int shadow = FM_SHADOW_HARD; shadow <= FM_SHADOW_SOFT; shadow++) {
+        fm_render_desc dark = down_at(7, 12), light = down_at(18, 12), far = down_at(2, 12);
+        const int before[] = {middle_sum(s, &dark), middle_sum(s, &light), middle_sum(s, &far)};
+        dark.shadow = light.shadow = far.shadow = (fm_shadow)shadow;
+        CHECK(middle_sum(s, &dark) < before[0] - 60);
+        CHECK(middle_sum(s, &light) == before[1]);
+        CHECK(shadow == FM_SHADOW_HARD ? middle_sum(s, &far) == before[2] : middle_sum(s, &far) <= before[2]);
+    }
+}
+
+static void check_occlusion(render_stage *s) {
+    // Beside the block, on a free floor, and on top of the block.
+    fm_render_desc beside = down_at(12, 9), open = down_at(19, 19), top = down_at(12, 12);
+    const int before[] = {middle_sum(s, &beside), middle_sum(s, &open), middle_sum(s, &top)};
+    beside.ambient_occlusion = open.ambient_occlusion = top.ambient_occlusion = true;
+    CHECK(middle_sum(s, &beside) < before[0] - 10);
+    CHECK(middle_sum(s, &open) == before[1]);
+    CHECK(middle_sum(s, &top) == before[2]);
+}
+
+static void check_slice(render_stage *s) {
+    fm_render_desc desc = down_at(12, 12);
+    desc.view = FM_VIEW_SLICE;
+    desc.slice_axis = 2;
+    desc.slice_index = 5;
+    uint8_t *pixels = render_picture(s, &desc);
+    if (pixels) {
+        // The block is cut: its own colour; beside of it the field, dark near solid voxels and lighter away from them.
+        const uint8_t *cut = pixel_at(pixels, MIDDLE, MIDDLE);
+        CHECK(cut[0] > 150 && cut[1] < 80);
+        desc.slice_index = 20;
+        fm_render_desc up = desc;
+        up.camera = (fm_camera){{12, 12, 0}, {0, 0, 1}, {0, 1, 0}, 40};
+        CHECK(middle_sum(s, &up) > 0);
+        desc.camera = (fm_camera){{12, -30, 8}, {0, 1, 0}, {0, 0, 0}, 40};
+        desc.slice_axis = 1;
+        desc.slice_index = 3;
+        uint8_t *side = render_picture(s, &desc);
+        if (side) {
+            // Upwards from the floor the field grows, and its map gets lighter but for the lines.
+            int rises = 0;
+            for (uint32_t y = 1; y < MIDDLE; y++) {
+                rises += sum_of(pixel_at(side, MIDDLE, y)) - sum_of(pixel_at(side, MIDDLE, y + 1)) >= 0;
+            }
+            CHECK(rises > 20);
+            CHECK(memcmp(pixel_at(side, 0, 0), pixel_at(side, MIDDLE, MIDDLE), 4) != 0);
+        }
+        free(side);
+    }
+    free(pixels);
+}
+
+static void check_marks(render_stage *s) {
+    fm_render_desc desc = down_at(19, 19);
+    uint8_t *plain = render_picture(s, &desc);
+    const fm_brush brush = {.from = {19, 19, 2}, .radius = 3};
+    desc.preview = &brush;
+    uint8_t *tinted = render_picture(s, &desc);
+    desc.preview = NULL;
+    desc.crosshair = true;
+    uint8_t *marked = render_picture(s, &desc);
+    if (plain && tinted && marked) {
+        CHECK(memcmp(pixel_at(plain, MIDDLE, MIDDLE), pixel_at(tinted, MIDDLE, MIDDLE), 4) != 0);
+        CHECK(memcmp(pixel_at(plain, 0, 0), pixel_at(tinted, 0, 0), 4) == 0);
+        uint32_t differ = 0;
+        for (uint32_t i = 0; i < 4 * SIDE * SIDE; i += 4) {
+            differ += memcmp(plain + i, marked + i, 4) != 0;
+        }
+        CHECK(differ > 8 && differ < SIDE * SIDE / 8);
+        CHECK(pixel_at(marked, MIDDLE, MIDDLE)[0] + pixel_at(plain, MIDDLE, MIDDLE)[0] == 255);
+    }
+    free(plain);
+    free(tinted);
+    free(marked);
+}
+
+static void check_pick(render_stage *s) {
+    fm_render_desc desc = down_at(11, 12);
+    fm_pick pick;
+    if (CHECK_OK(fm_render_pick(s->renderer, s->world, &desc, MIDDLE, MIDDLE, &pick))) {
+        CHECK(pick.hit && pick.voxel[0] == 11 && pick.voxel[1] == 12 && pick.voxel[2] == 8 && pick.face == 3);
+        CHECK(fabsf(pick.distance - 11.5f) < 1e-3f);
+    }
+    desc.camera = (fm_camera){{11, 12, 5}, {1, 0, 0}, {0, 0, 0}, 40};
+    if (CHECK_OK(fm_render_pick(s->renderer, s->world, &desc, MIDDLE, MIDDLE, &pick))) {
+        CHECK(pick.hit && pick.voxel[0] == 11 && pick.voxel[2] == 5 && pick.face == 0 && pick.distance <= 0);
+    }
+    desc.camera = (fm_camera){{-9, 12, 5}, {-1, 0, 0}, {0, 0, 0}, 40};
+    if (CHECK_OK(fm_render_pick(s->renderer, s->world, &desc, MIDDLE, MIDDLE, &pick))) {
+        CHECK(!pick.hit);
+    }
+}
+
+// A picture follows the world's updates, and its sums are those of the picture.
+static void check_edit(render_stage *s) {
+    fm_render_desc desc = down_at(17, 7);
+    desc.count = true;
+    const fm_brush brush = {.voxel = RED, .from = {17, 7, 6}, .radius = 2}, dig = {.from = {17, 7, 6}, .radius = 2};
+    const int before = middle_sum(s, &desc);
+    fm_render_stats stats;
+    CHECK_OK(fm_renderer_stats(s->renderer, &stats));
+    CHECK(stats.rays == SIDE * SIDE && stats.hits == stats.rays && stats.steps >= stats.rays && stats.most_steps >= 1 &&
+          stats.wrong == 0);
+    fm_ticket ticket;
+    CHECK_OK(fm_world_edit(s->world, &brush, 1));
+    CHECK_OK(fm_world_update(s->world, &ticket));
+    uint8_t *pixels = render_picture(s, &desc);
+    CHECK(pixels && pixel_at(pixels, MIDDLE, MIDDLE)[0] > 150 && pixel_at(pixels, MIDDLE, MIDDLE)[1] < 80);
+    free(pixels);
+    CHECK_OK(fm_world_edit(s->world, &dig, 1));
+    CHECK_OK(fm_world_update(s->world, &ticket));
+    CHECK(middle_sum(s, &desc) == before);
+}
+
+static void refused(render_stage *s, const fm_render_desc *desc) {
+    CHECK_FAILS(fm_render(s->renderer, s->world, desc, NULL), FM_ERROR_INVALID_ARGUMENT);
+}
+
+static void check_refusals(render_stage *s, fm_context *other) {
+    const fm_render_desc good = down_at(12, 12);
+    fm_render_desc bad = good;
+    bad.width = 0;
+    refused(s, &bad);
+    bad.width = 16385;
+    refused(s, &bad);
+    bad = good;
+    bad.camera.forward[2] = 0;
+    refused(s, &bad);
+    bad.camera.forward[2] = NAN;
+    refused(s, &bad);
+    bad = good;
+    bad.camera.position[1] = 1e9f;
+    refused(s, &bad);
+    bad = good;
+    bad.camera.fov_y = 180;
+    refused(s, &bad);
+    bad = good;
+    bad.sun[0] = INFINITY;
+    refused(s, &bad);
+    bad = good;
+    bad.view = (fm_view)9;
+    refused(s, &bad);
+    bad = good;
+    bad.march = (fm_march)3;
+    refused(s, &bad);
+    bad = good;
+    bad.shadow = (fm_shadow)3;
+    refused(s, &bad);
+    bad = good;
+    bad.view = FM_VIEW_SLICE;
+    bad.slice_axis = 3;
+    refused(s, &bad);
+    bad.slice_axis = 0;
+    bad.slice_index = WORLD;
+    refused(s, &bad);
+    bad.slice_index = -1;
+    refused(s, &bad);
+    bad = good;
+    const fm_brush brush = {.kind = (fm_brush_kind)7};
+    bad.preview = &brush;
+    refused(s, &bad);
+    CHECK(strstr(fm_last_error(), "preview") != NULL);
+    CHECK_FAILS(fm_render(NULL, s->world, &good, NULL), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_render(s->renderer, NULL, &good, NULL), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_render(s->renderer, s->world, NULL, NULL), FM_ERROR_INVALID_ARGUMENT);
+    fm_pick pick;
+    CHECK_FAILS(fm_render_pick(s->renderer, s->world, &good, NAN, 0, &pick), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_render_pick(s->renderer, s->world, &good, 0, 0, NULL), FM_ERROR_INVALID_ARGUMENT);
+    fm_renderer *fresh = NULL;
+    uint8_t pixel[4];
+    fm_render_stats stats;
+    if (CHECK_OK(fm_renderer_create(other, &fresh))) {
+        CHECK_FAILS(fm_render(fresh, s->world, &good, NULL), FM_ERROR_INVALID_ARGUMENT);
+        CHECK_FAILS(fm_renderer_read(fresh, pixel), FM_ERROR_INVALID_ARGUMENT);
+        CHECK_FAILS(fm_renderer_stats(fresh, &stats), FM_ERROR_INVALID_ARGUMENT);
+    }
+    fm_renderer_destroy(fresh);
+    fm_renderer_destroy(NULL);
+}
+
+// Sizes that are no multiples of a tile, one after the other, and one pixel.
+static void check_sizes(render_stage *s) {
+    static const uint32_t sizes[][2] = {{1, 1}, {17, 3}, {3, 130}, {64, 64}};
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        fm_render_desc desc = down_at(12, 12);
+        desc.width = sizes[i][0];
+        desc.height = sizes[i][1];
+        uint8_t *pixels = render_picture(s, &desc);
+        for (uint32_t k = 0; pixels && k < desc.width * desc.height; k++) {
+            CHECK(pixels[4 * k + 3] == 255);
+        }
+        free(pixels);
+    }
+    fm_volume_buffer buffer;
+    if (fm_context_backend(s->context) == FM_BACKEND_CPU) {
+        CHECK_FAILS(fm_renderer_vulkan(s->renderer, &buffer), FM_ERROR_UNSUPPORTED);
+    } else {
+        CHECK_OK(fm_renderer_vulkan(s->renderer, &buffer));
+        CHECK(buffer.buffer && buffer.size >= 4 * 64 * 64);
+    }
+}
+
+int main(int count, char **arguments) {
+    vulkan_options options;
+    if (!vulkan_parse(count, arguments, &options)) {
+        return 1;
+    }
+    fm_context *cpu, *context;
+    if (!CHECK_OK(fm_context_create(&(fm_context_desc){.backend = FM_BACKEND_CPU}, &cpu))) {
+        return check_summary();
+    }
+    context = cpu;
+    if (count > 1 && vulkan_open(&options, NULL, &context) != FM_OK) {
+        fm_context_destroy(cpu);
+        return vulkan_missing();
+    }
+    uint32_t *voxels = make_voxels();
+    render_stage s;
+    if (voxels && render_open(&s, context, &(fm_world_desc){.shape = {WORLD, WORLD, WORLD}, .format = FM_FIELD_SPLIT_U8}, voxels)) {
+        fm_context *other;
+        check_color(&s);
+        check_shadow(&s);
+        check_occlusion(&s);
+        check_slice(&s);
+        check_marks(&s);
+        check_pick(&s);
+        check_edit(&s);
+        check_sizes(&s);
+        if (CHECK_OK(fm_context_create(&(fm_context_desc){.backend = FM_BACKEND_CPU, .threads = 1}, &other))) {
+            check_refusals(&s, other);
+            fm_context_destroy(other);
+        }
+    }
+    render_close(&s);
+    free(voxels);
+    if (context != cpu) {
+        vulkan_close(context);
+    }
+    fm_context_destroy(cpu);
+    return check_summary();
+}
