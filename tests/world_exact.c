@@ -71,6 +71,22 @@ static void write_box(world_pair *pair, uint64_t *state) {
     free(values);
 }
 
+// Changes a few voxels where they lie.
+static void write_mapped(world_pair *pair, uint64_t *state) {
+    const fm_shape shape = pair->desc.shape;
+    uint32_t *voxels = fm_world_map(pair->world);
+    CHECK_OK(fm_world_update(pair->world, NULL));
+    for (int i = 0; voxels && i < 5; i++) {
+        int64_t x = world_between(state, 0, (int32_t)shape.x - 1);
+        int64_t y = world_between(state, 0, (int32_t)shape.y - 1);
+        int64_t z = world_between(state, 0, (int32_t)shape.z - 1);
+        uint64_t element = (uint64_t)x + shape.x * ((uint64_t)y + shape.y * (uint64_t)z);
+        voxels[element] = pair->voxels[element] = world_between(state, 0, 2) ? 0 : 200;
+        const fm_box box = {{x, y, z}, {x + 1, y + 1, z + 1}};
+        fm_world_mark(pair->world, &box);
+    }
+}
+
 static bool run_script(fm_context *context, fm_context *reference, const fm_world_desc *desc, uint32_t steps, uint64_t seed) {
     world_pair pair;
     uint64_t state = seed;
@@ -87,6 +103,11 @@ static bool run_script(fm_context *context, fm_context *reference, const fm_worl
         uint32_t count = (uint32_t)(kind == 1 ? 8 : kind == 2 ? 0 : world_between(&state, 1, 3));
         for (uint32_t i = 0; i < count; i++) {
             brushes[i] = world_random_brush(&state, desc->shape, kind == 3 ? longest : radius);
+            // Some edits are taken back before the update.
+            if (i > 0 && world_between(&state, 0, 3) == 0) {
+                brushes[i] = brushes[i - 1];
+                brushes[i].voxel = brushes[i].voxel ? 0 : 7;
+            }
         }
         // Now and then the world is emptied or filled, so that both ends are seen.
         if (kind == 4 && count > 0) {
@@ -96,6 +117,10 @@ static bool run_script(fm_context *context, fm_context *reference, const fm_worl
         if (kind == 5) {
             const fm_box all = {{-5, -5, -5}, {1 << 20, 1 << 20, 1 << 20}};
             fm_world_mark(pair.world, &all);
+        } else if (kind == 6) {
+            CHECK_OK(fm_world_set_method(pair.world, &desc->method));
+        } else if (kind == 7) {
+            write_mapped(&pair, &state);
         }
         // Several updates may be in flight before one is looked at.
         fm_ticket ticket;
@@ -113,9 +138,9 @@ static bool run_script(fm_context *context, fm_context *reference, const fm_worl
     return good;
 }
 
-static const fm_shape shapes[] = {{8, 8, 8},    {16, 16, 16}, {1, 1, 1},   {33, 17, 9},  {100, 5, 3}, {3, 70, 2},
-                                  {2, 3, 90},   {64, 64, 64}, {65, 31, 7}, {1, 40, 40},  {40, 1, 40}, {300, 20, 4},
-                                  {4, 300, 10}, {10, 4, 300}, {32, 8, 8},  {127, 63, 33}};
+static const fm_shape shapes[] = {{8, 8, 8},    {16, 16, 16}, {1, 1, 1},   {33, 17, 9},   {100, 5, 3}, {3, 70, 2},
+                                  {2, 3, 90},   {64, 64, 64}, {65, 31, 7}, {1, 40, 40},   {40, 1, 40}, {300, 20, 4},
+                                  {4, 300, 10}, {10, 4, 300}, {32, 8, 8},  {127, 63, 33}, {5, 3, 400}};
 
 static void run_all(fm_context *context, fm_context *reference, const script_options *options) {
     const fm_shape cube = {options->size, options->size, options->size};

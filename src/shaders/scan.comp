@@ -252,9 +252,8 @@ void scan_tile(uint slice, uint tile_x) {
     bool inside = x < x_end();
 
 #ifdef SCAN_F16
-    uint t = gl_LocalInvocationIndex;
     if (SOURCE == FM_SOURCE_BITS) {
-        if (t < 16) {
+        for (uint t = gl_LocalInvocationIndex; t < 16; t += LANES * SEGMENTS) {
             nearest_of_four[t] = NEAREST_OF_FOUR[t];
         }
         barrier();
