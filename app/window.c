@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "window.h"
 
+#include "log.h"
 #include "panel/gui.h"
 
 #include <stdio.h>
@@ -47,10 +48,13 @@ static void on_command(window_input *input, int key) {
 static void on_key(GLFWwindow *handle, int key, int code, int action, int modifiers) {
     (void)code;
     window *w = glfwGetWindowUserPointer(handle);
-    if (action != GLFW_PRESS || gui_wants_text()) {
+    const bool command = modifiers & GLFW_MOD_CONTROL;
+    // A text has an undo of its own, and no use for these.
+    const bool any = command && (key == GLFW_KEY_S || key == GLFW_KEY_O || key == GLFW_KEY_Q);
+    if (action != GLFW_PRESS || (gui_wants_text() && !any)) {
         return;
     }
-    if (modifiers & GLFW_MOD_CONTROL) {
+    if (command) {
         on_command(&w->pending, key);
         return;
     }
@@ -90,13 +94,12 @@ static void on_button(GLFWwindow *handle, int button, int action, int modifiers)
 
 static void on_cursor(GLFWwindow *handle, double x, double y) {
     window *w = glfwGetWindowUserPointer(handle);
-    if (w->captured && w->cursor_known) {
+    if (w->captured) {
         w->pending.look[0] += (float)(x - w->cursor[0]);
         w->pending.look[1] += (float)(y - w->cursor[1]);
     }
     w->cursor[0] = x;
     w->cursor[1] = y;
-    w->cursor_known = true;
 }
 
 static void on_scroll(GLFWwindow *handle, double x, double y) {
@@ -157,12 +160,13 @@ void window_capture(window *w, bool captured) {
         return;
     }
     w->captured = captured;
-    w->cursor_known = false;
+    log_event("captured %d", captured);
     w->held_since[0] = w->held_since[1] = 0;
     glfwSetInputMode(w->handle, GLFW_CURSOR, captured ? GLFW_CURSOR_DISABLED : GLFW_CURSOR_NORMAL);
     if (captured && glfwRawMouseMotionSupported()) {
         glfwSetInputMode(w->handle, GLFW_RAW_MOUSE_MOTION, GLFW_TRUE);
     }
+    glfwGetCursorPos(w->handle, &w->cursor[0], &w->cursor[1]);
     gui_ignore_mouse(captured);
 }
 

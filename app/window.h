@@ -22,7 +22,6 @@ typedef struct window {
     bool captured;  // the mouse looks around
     bool resized;   // since this was last set to false
     double cursor[2];
-    bool cursor_known;
     double held_since[2];  // left, right; 0: not held
     double next_repeat[2];
     uint32_t tapped;  // bits of keys for movement pressed since the last poll

@@ -255,7 +255,7 @@ void show_brush(paint_settings *s, const readings *r, gui_request *request) {
     request->quit = button("quit", "Quit");
     label("file");
     ImGui::SetNextItemWidth(-ImGui::GetFontSize() * 7.2f);
-    ImGui::InputText("##file", s->path, sizeof s->path);
+    ImGui::InputText("##file", s->path, sizeof s->path, ImGuiInputTextFlags_AutoSelectAll);
     note("file");
     ImGui::SameLine();
     request->save = button("save", "Save");

@@ -1,0 +1,166 @@
+# SPDX-License-Identifier: MIT
+# shellcheck shell=sh
+# Sourced by app.sh: a virtual screen, the program in it, and what drives it by keys and mouse. What came of that is read from the
+# program's log, of which `mark` lines have been seen.
+
+paint=$1
+work=$(mktemp -d)
+log=$work/log
+failures=0
+mark=0
+: "${APP_TIMEOUT:=180}"
+
+server=""
+manager=""
+program=""
+end_all() {
+    for process in $program $manager $server; do
+        kill "$process" 2>/dev/null
+    done
+    rm -rf "$work"
+}
+trap end_all EXIT
+trap 'exit 1' INT TERM
+
+bad() {
+    echo "failed: $*" >&2
+    failures=$((failures + 1))
+}
+
+skip() {
+    echo "skipped: $*"
+    exit 77
+}
+
+# give_up WHY: what follows would make no sense.
+give_up() {
+    bad "$@"
+    echo "--- the end of the log:" >&2
+    tail -n 5 "$log" >&2
+    echo "--- what the program said:" >&2
+    tail -n 20 "$work/said" >&2
+    exit 1
+}
+
+open_screen() {
+    for tool in Xvfb xdotool openbox import; do
+        command -v $tool >/dev/null || skip "$tool is not installed"
+    done
+    mkfifo "$work/display"
+    Xvfb -displayfd 3 -screen 0 1280x960x24 -nolisten tcp -noreset 3>"$work/display" 2>"$work/xvfb" &
+    server=$!
+    DISPLAY=:$(timeout 60 head -n 1 "$work/display")
+    [ "$DISPLAY" != : ] || give_up "the virtual screen does not start: $(cat "$work/xvfb")"
+    export DISPLAY
+    HOME=$work openbox >"$work/openbox" 2>&1 &
+    manager=$!
+    # A window that is shown while the manager starts may never hear that it is visible, for which GLFW 3.3 waits for ever.
+    for try in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
+        xdotool get_num_desktops >/dev/null 2>&1 && return
+        sleep 1
+    done
+    give_up "the window manager does not start after $try looks: $(cat "$work/openbox")"
+}
+
+# start_program OPTIONS...
+start_program() {
+    : >"$log"
+    mark=0
+    (cd "$work" && exec "$paint" --log "$log" "$@") >"$work/said" 2>&1 &
+    program=$!
+    wait_line '^ready ' || give_up "the program does not start"
+    window=$(xdotool search --sync --onlyvisible --name '^Fathom$' | head -n 1)
+    xdotool windowmove --sync "$window" 40 60 2>/dev/null
+    xdotool windowfocus --sync "$window"
+}
+
+# wait_line PATTERN: until a line after the mark fits; `line` gets it. Fails when none comes.
+wait_line() {
+    waited=0
+    until line=$(tail -n "+$((mark + 1))" "$log" | grep -m 1 -e "$1"); do
+        if [ $waited -ge $((APP_TIMEOUT * 10)) ] || { [ -n "$program" ] && ! kill -0 "$program" 2>/dev/null; }; then
+            line=""
+            return 1
+        fi
+        sleep 0.1
+        waited=$((waited + 1))
+    done
+}
+
+# expect WHAT PATTERN
+expect() {
+    wait_line "$2" || give_up "$1: no line \"$2\" in the log"
+}
+
+# Forgets the lines so far: what is expected comes after this.
+now() {
+    mark=$(wc -l <"$log")
+}
+
+# The last word of the newest line that fits: value PATTERN FIELD, by number.
+value() {
+    grep -e "$1" "$log" | tail -n 1 | cut -d ' ' -f "$2"
+}
+
+# point NAME: the mouse to the middle of a part of the panel. It must be there.
+point() {
+    place=$(grep -e "^widget $1 " "$log" | tail -n 1)
+    [ -n "$place" ] || give_up "the panel has no $1"
+    # shellcheck disable=SC2086
+    set -- $place
+    xdotool mousemove --window "$window" $((($3 + $5) / 2)) $((($4 + $6) / 2))
+    sleep 0.1
+}
+
+press() {
+    point "$1"
+    now
+    xdotool click 1
+}
+
+# choose NAME WORD KEY: opens a list and takes a word of it; the settings must then have KEY=WORD.
+choose() {
+    press "$1"
+    expect "the list $1" "^widget $1/$2 "
+    press "$1/$2"
+    expect "$1 $2" "^settings .*$3=$(printf '%s' "$2" | sed 's/[+]/[+]/') "
+}
+
+# name_file NAME: types it into the panel.
+name_file() {
+    press file
+    sleep 0.5
+    xdotool type --delay 50 "$1"
+    expect "the file's name" "^settings .*file=$1\$"
+}
+
+# voxels EVENT: waits for it; `solid` and `hash` are those of the world after it.
+voxels() {
+    expect "$1" "^$1 solid "
+    solid=$(printf '%s' "$line" | cut -d ' ' -f 3)
+    hash=$(printf '%s' "$line" | cut -d ' ' -f 5)
+}
+
+# The window's picture must come to show something: picture NAME leaves it in $APP_PICTURES, where that is set.
+picture() {
+    colors=0
+    for try in 1 2 3 4 5 6 7 8 9 10; do
+        sleep 0.5
+        import -window "$window" "$work/$1.png" || bad "no picture of the window: $1"
+        colors=$(identify -format '%k' "$work/$1.png")
+        [ "${colors:-0}" -le 200 ] || break
+    done
+    [ "${colors:-0}" -gt 200 ] || bad "the window shows $colors colours after $try looks: $1"
+    [ -z "${APP_PICTURES:-}" ] || cp "$work/$1.png" "$APP_PICTURES/"
+}
+
+# end_program: by Ctrl+Q; it must end well and have seen no validation message.
+end_program() {
+    now
+    xdotool key ctrl+q
+    wait "$program"
+    status=$?
+    program=""
+    [ $status = 0 ] || bad "the program ended with $status: $(tail -n 5 "$work/said")"
+    grep -q '^quit validation 0$' "$log" || bad "no clean end in the log: $(grep -m 3 validation "$work/said")"
+}
