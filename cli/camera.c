@@ -73,7 +73,7 @@ static fm_result rise(fm_world *world, double room, float position[3]) {
     for (; position[2] < top; position[2] += step) {
         fm_world_sample sample;
         const fm_result result = fm_world_query(world, (const float(*)[3])position, 1, &sample);
-        if (result != FM_OK || sample.distance >= room) {
+        if (result != FM_OK || (double)sample.distance >= room) {
             return result;
         }
     }

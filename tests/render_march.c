@@ -252,7 +252,8 @@ static void check_against_cpu(fm_context *context, fm_context *cpu) {
     uint32_t *voxels = make_voxels(1, &state);
     const fm_world_desc desc = {.shape = SHAPE};
     render_stage s, t;
-    if (render_open(&s, context, &desc, voxels) & render_open(&t, cpu, &desc, voxels)) {
+    const bool first = render_open(&s, context, &desc, voxels), second = render_open(&t, cpu, &desc, voxels);
+    if (first && second) {
         for (uint32_t i = 12; i < CAMERAS; i++) {
             fm_render_desc picture = desc_of(camera_number(i, &state), FM_VIEW_COLOR, FM_MARCH_SKIP);
             picture.shadow = FM_SHADOW_SOFT;

@@ -5,6 +5,7 @@
 
 #include "world/gpu_world.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 enum { IN_FLIGHT = 3, BEAM_THREADS = 32 };
@@ -97,8 +98,9 @@ static void set_world(const fm_world *world, fm_march_push *push) {
     push->bits = fm_buffer_address(gpu->bits);
 }
 
+// Whether elements need 64 bits. Tests set the variable, for worlds of that size are not for them.
 static bool is_large(const fm_world *world) {
-    return fm_voxels(world->desc.shape) > UINT32_MAX;
+    return fm_voxels(world->desc.shape) > UINT32_MAX || getenv("FATHOM_LARGE");
 }
 
 static fm_result dispatch(const fm_gpu_render *own, fm_slot *slot, fm_kernel kernel, const uint32_t *constants, uint32_t count,
@@ -124,7 +126,7 @@ static fm_result record(const fm_gpu_render *own, const fm_world *world, const f
     const uint32_t constants[] = {world->desc.format,      desc->march,      is_large(world), desc->view,  desc->shadow,
                                   desc->ambient_occlusion, picture->preview, beams,           desc->count, desc->crosshair};
     if (beams) {
-        FM_TRY(dispatch(own, slot, FM_KERNEL_MARCH_BEAM, constants, 1, &push, fm_div_up(tiles, BEAM_THREADS)));
+        FM_TRY(dispatch(own, slot, FM_KERNEL_MARCH_BEAM, constants, 3, &push, fm_div_up(tiles, BEAM_THREADS)));
         fm_commands_pass(own->gpu, slot, "beam", 4 * tiles);
     }
     FM_TRY(dispatch(own, slot, FM_KERNEL_MARCH, constants, sizeof constants / sizeof constants[0], &push, tiles));

@@ -31,17 +31,10 @@ found_t find(ray_t ray, vec3 start, uint how) {
 
 hit_t hit_of(ray_t ray, vec3 cell) {
     hit_t hit;
-    uint face = face_of(ray, cell, hit.time);
+    bvec3 on_face = equal(uvec3(0, 1, 2), uvec3(face_of(ray, cell, hit.time)));
     hit.voxel = unmirror(ray, cell);
-    hit.normal = ivec3(0);
-    vec3 at = clamp(ray.origin + ray.way * hit.time, cell, cell + 1.0);
-    [[unroll]] for (uint i = 0; i < 3; i++) {
-        if (i == face) {
-            hit.normal[i] = ray.mirrored[i] == 1 ? 1 : -1;
-            at[i] = cell[i];
-        }
-    }
-    hit.at = unmirror_point(ray, at);
+    hit.normal = mix(ivec3(0), ivec3(ray.mirrored) * 2 - 1, on_face);
+    hit.at = unmirror_point(ray, mix(clamp(ray.origin + ray.way * hit.time, cell, cell + 1.0), cell, on_face));
     return hit;
 }
 
@@ -74,18 +67,7 @@ vec3 slice_light(vec3 at, float width) {
     if (length_at(voxel) == 0) {
         return light_of(load_color(voxel)) * 0.8;
     }
-    uint u = axis == 0 ? 1 : 0;
-    uint v = axis == 2 ? 1 : 2;
-    ivec3 first = voxel;
-    first[u] = int(floor(at[u] - 0.5));
-    first[v] = int(floor(at[v] - 0.5));
-    ivec3 along_u = ivec3(0), along_v = ivec3(0);
-    along_u[u] = 1;
-    along_v[v] = 1;
-    float part_u = at[u] - 0.5 - float(first[u]), part_v = at[v] - 0.5 - float(first[v]);
-    float near = mix(length_around(first), length_around(first + along_u), part_u);
-    float far = mix(length_around(first + along_v), length_around(first + along_u + along_v), part_u);
-    float value = mix(near, far, part_v);
+    float value = length_between(voxel, at, axis);
     float off = abs(value - 8.0 * floor(value * 0.125 + 0.5));
     float line = clamp(1.5 - off / max(width, 0.08), 0.0, 1.0);
     return mix(light_of_map(value / (value + 24.0)), vec3(0.02), 0.8 * line);

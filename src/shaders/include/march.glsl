@@ -40,22 +40,18 @@ ray_t make_ray(vec3 origin, vec3 direction) {
     uvec3 axes = world_axes();
     uvec3 stride = uvec3(1, axes.x, axes.x * axes.y);
     ray_t ray;
+    bvec3 falls = lessThan(direction, vec3(0));
     ray.size = vec3(axes);
-    ray.base = 0u - WHOLE_BITS * (stride.x + stride.y + stride.z);
-    [[unroll]] for (uint i = 0; i < 3; i++) {
-        bool falls = direction[i] < 0;
-        precise float mirror = ray.size[i] - origin[i];
-        ray.mirrored[i] = falls ? 1 : 0;
-        ray.origin[i] = falls ? mirror : origin[i];
-        ray.way[i] = abs(direction[i]);
-        precise float inverse = 1.0 / max(ray.way[i], 1e-30);
-        ray.inverse[i] = inverse;
-        ray.stride[i] = stride[i];
-        if (falls) {
-            ray.base += stride[i] * (axes[i] - 1u) + 2u * WHOLE_BITS * stride[i];
-            ray.stride[i] = 0u - stride[i];
-        }
-    }
+    ray.mirrored = mix(uvec3(0), uvec3(1), falls);
+    precise vec3 mirror = ray.size - origin;
+    ray.origin = mix(origin, mirror, falls);
+    ray.way = abs(direction);
+    precise vec3 inverse = 1.0 / max(ray.way, vec3(1e-30));
+    ray.inverse = inverse;
+    ray.stride = mix(stride, 0u - stride, falls);
+    uvec3 last = mix(uvec3(0), stride * (axes - 1u), falls);
+    // Cells come with WHOLE_BITS (element_of).
+    ray.base = last.x + last.y + last.z - WHOLE_BITS * (ray.stride.x + ray.stride.y + ray.stride.z);
     ray.per_step = 1.0 / (ray.way.x + ray.way.y + ray.way.z);
     ray.bias = -1.0 - (ray.origin.x + ray.origin.y + ray.origin.z);
     return ray;
@@ -89,6 +85,9 @@ vec3 leave_times(ray_t ray, vec3 cell) {
 }
 
 uint64_t element_at(ivec3 at) {
+    if (!LARGE) {
+        return (uint(at.z) * (push.size_xy >> 16) + uint(at.y)) * (push.size_xy & 0xffffu) + uint(at.x);
+    }
     return (uint64_t(at.z) * (push.size_xy >> 16) + uint(at.y)) * (push.size_xy & 0xffffu) + uint(at.x);
 }
 

@@ -8,8 +8,6 @@ layout(constant_id = 6) const bool PREVIEW = false;
 
 #include "brush.glsl"
 
-const uint NO_FACE = 3;
-
 // What a ray meets.
 struct hit_t {
     ivec3 voxel;
@@ -81,27 +79,29 @@ float sunlight(vec3 at, ivec3 cell) {
     return open * open * (3.0 - 2.0 * open);
 }
 
+// The field between the centres of four voxels across `axis`; `voxel` says where along it.
+float length_between(ivec3 voxel, vec3 at, uint axis) {
+    vec3 from = at - 0.5;
+    vec3 whole = floor(from);
+    vec3 part = from - whole;
+    ivec3 first = mix(ivec3(whole), voxel, equal(uvec3(axis), uvec3(0, 1, 2)));
+    ivec3 along_u = axis == 0 ? ivec3(0, 1, 0) : ivec3(1, 0, 0);
+    ivec3 along_v = axis == 2 ? ivec3(0, 1, 0) : ivec3(0, 0, 1);
+    float part_u = axis == 0 ? part.y : part.x;
+    float near = mix(length_around(first), length_around(first + along_u), part_u);
+    float far = mix(length_around(first + along_v), length_around(first + along_u + along_v), part_u);
+    return mix(near, far, axis == 2 ? part.y : part.z);
+}
+
 // How open the space before a face is, from the field at three places along the normal, each between four voxels.
 float openness(hit_t hit) {
     const float places[3] = {1.0, 3.0, 6.0};
     const float weights[3] = {0.45, 0.30, 0.25};
     uint axis = hit.normal.x != 0 ? 0 : hit.normal.y != 0 ? 1 : 2;
-    uint u = axis == 0 ? 1 : 0;
-    uint v = axis == 2 ? 1 : 2;
-    ivec3 first = hit.voxel;
-    float from_u = hit.at[u] - 0.5, from_v = hit.at[v] - 0.5;
-    first[u] = int(floor(from_u));
-    first[v] = int(floor(from_v));
-    float part_u = from_u - float(first[u]), part_v = from_v - float(first[v]);
-    ivec3 along_u = ivec3(0), along_v = ivec3(0);
-    along_u[u] = 1;
-    along_v[v] = 1;
     float closed = 0.0;
     [[unroll]] for (int i = 0; i < 3; i++) {
-        ivec3 at = first + hit.normal * int(places[i]);
-        float near = mix(length_around(at), length_around(at + along_u), part_u);
-        float far = mix(length_around(at + along_v), length_around(at + along_u + along_v), part_u);
-        closed += weights[i] * max(1.0 - mix(near, far, part_v) / places[i], 0.0);
+        float value = length_between(hit.voxel + hit.normal * int(places[i]), hit.at, axis);
+        closed += weights[i] * max(1.0 - value / places[i], 0.0);
     }
     return 1.0 - 0.85 * closed;
 }
