@@ -4,8 +4,8 @@
 #include "march.glsl"
 #include "shade.glsl"
 
-// One invocation owns a pixel, a work group a tile of 8 x 8. It reads the field where its ray goes, for shadows where the ray to the
-// sun goes, and 12 voxels for the occlusion; the colour of one voxel; and writes 4 bytes.
+// One invocation owns a pixel, a work group a tile of 8 x 8. It reads the field where its ray goes, for shadows where the ray to
+// the sun goes, and 12 voxels for the occlusion; the colour of one voxel; and writes 4 bytes.
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
