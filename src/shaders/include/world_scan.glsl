@@ -69,11 +69,11 @@ void store_packed_field(uint64_t element, uint x, quad_t q) {
     fm_address to = push.distance + element * 4;
     uvec4 v = values_of(q);
     if (QUADS) {
-        uvec4 entries = v << 24;
-        if (any(equal(v, uvec4(0)))) {
-            entries = mix(entries, ref_u32x4(to).v, equal(v, uvec4(0)));
+        bvec4 solid = equal(v, uvec4(0));
+        if (!all(solid)) {
+            uvec4 entries = v << 24;
+            ref_u32x4(to).v = any(solid) ? mix(entries, ref_u32x4(to).v, solid) : entries;
         }
-        ref_u32x4(to).v = entries;
         return;
     }
     [[dont_unroll]] for (uint i = 0; i < min(4, push.x - x); i++) {
