@@ -90,7 +90,7 @@ static fm_result create_headers(fm_world *world, struct fm_gpu_chunks *own) {
     return status;
 }
 
-static fm_result prepare(fm_world *world) {
+fm_result fm_gpu_chunks_prepare(fm_world *world) {
     fm_gpu_world *gpu_world = world->gpu;
     if (gpu_world->chunks) {
         return FM_OK;
@@ -579,7 +579,6 @@ static fm_result do_job(chunk_job *job) {
 }
 
 fm_result fm_gpu_chunks_update(fm_world *world, const fm_world_job *all, fm_slot **slot) {
-    FM_TRY(prepare(world));
     fm_gpu_world *gpu_world = world->gpu;
     const fm_world_method *method = &world->desc.method;
     fm_shape shape = world->desc.shape;

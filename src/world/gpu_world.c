@@ -126,7 +126,7 @@ fm_result fm_gpu_world_prepare(fm_world *world) {
         fm_buffer_destroy(own->lists);
         own->middle = NULL;
         own->lists = NULL;
-        return FM_OK;
+        return fm_gpu_chunks_prepare(world);
     }
     if (own->middle) {
         return FM_OK;

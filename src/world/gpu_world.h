@@ -42,14 +42,16 @@ struct fm_gpu_world {
     uint64_t rows;    // that the newest update looked at
     uint32_t parity;  // which header of the tiles along y the next update uses
 
-    struct fm_gpu_chunks *chunks;  // gpu_chunks.c; NULL until it is needed
+    struct fm_gpu_chunks *chunks;    // gpu_chunks.c; NULL until it is needed
     struct fm_gpu_samples *samples;  // gpu_samples.c; NULL until it is needed
 };
 
 // Memory of the current flight that the host writes and kernels read; the flight's ticket has been waited for.
 fm_result fm_gpu_world_upload(fm_gpu_world *world, uint64_t bytes, void **memory, uint64_t *address);
 
-// gpu_chunks.c: records the job's domains into `slot` (which FM_CONVERGE_HOST submits and begins anew), into the field's entries of
+// gpu_chunks.c: the memory of chunked methods, which must be there before an update is recorded: what fills it is recorded too.
+fm_result fm_gpu_chunks_prepare(fm_world *world);
+// Records the job's domains into `slot` (which FM_CONVERGE_HOST submits and begins anew), into the field's entries of
 // air voxels. The site bits are up to date when it runs.
 fm_result fm_gpu_chunks_update(fm_world *world, const fm_world_job *job, fm_slot **slot);
 // What the newest update did, which is complete: chunks, iterations, host_wait_ms.

@@ -4,13 +4,13 @@
 
 #include "shared.h"
 
-layout(constant_id = 0) const uint THREADS = 256;
+layout(local_size_x_id = 0) in;
 layout(constant_id = 1) const uint FORMAT = FM_GPU_PACKED;
 layout(constant_id = 2) const bool SCRATCH = false;  // distances lie in the domains' scratch memory, else in the field
 layout(constant_id = 3) const bool PADDED = false;   // beyond a domain all is solid
 layout(constant_id = 4) const bool LINKED = false;   // beyond a domain the field is right
 
-layout(local_size_x_id = 0) in;
+const uint THREADS = gl_WorkGroupSize.x;
 
 layout(push_constant) uniform push_block {
     fm_chunk_push push;
@@ -29,15 +29,16 @@ struct domain_box {
 };
 
 domain_box load_domain(uint i) {
-    fm_gpu_domain entry = ref_domain(push.domains + uint64_t(i) * 32).v;
-    uvec3 axes = uvec3(entry.domain[0], entry.domain[1], entry.domain[2]);
-    uvec3 result = uvec3(entry.result[0], entry.result[1], entry.result[2]);
+    // Member by member: a driver was seen to crash on the load of a whole structure with arrays.
+    ref_domain entry = ref_domain(push.domains + uint64_t(i) * 32);
+    uvec3 axes = uvec3(entry.v.domain[0], entry.v.domain[1], entry.v.domain[2]);
+    uvec3 result = uvec3(entry.v.result[0], entry.v.result[1], entry.v.result[2]);
     domain_box box;
     box.begin = ivec3(axes & 0xffffu);
     box.size = ivec3(axes >> 16);
     box.result_begin = ivec3(result & 0xffffu) - box.begin;
     box.result_size = ivec3(result >> 16);
-    box.scratch = entry.scratch;
+    box.scratch = entry.v.scratch;
     return box;
 }
 
