@@ -35,6 +35,7 @@ typedef struct paint {
     edit_history history;
     paint_settings settings;  // as chosen
     paint_settings active;    // as the stage has them
+    paint_settings logged;    // as the log has them
     gui_request slow;         // what waits until a frame has said that it will take a while
     int slow_frames;
     readings readings;
@@ -49,6 +50,7 @@ typedef struct paint {
     double edit_times[EDIT_TIMES];
     uint64_t edit_count;
     double judged;
+    double said;  // when the message was
     bool hidden;
     uint32_t screenshots;
     bool over;
@@ -61,6 +63,7 @@ __attribute__((format(printf, 3, 4))) static void say(paint *p, bool failed, con
     vsnprintf(p->readings.message, sizeof p->readings.message, format, arguments);
     va_end(arguments);
     p->readings.failed = failed;
+    p->said = p->now;
     if (failed) {
         fprintf(stderr, "fathom: %s\n", p->readings.message);
         log_event("failed %s", p->readings.message);
@@ -84,7 +87,8 @@ static void log_voxels(paint *p, const char *event) {
     }
 }
 
-static void log_settings(const paint *p) {
+static void log_settings(paint *p) {
+    p->logged = p->settings;
     const paint_settings *s = &p->settings;
     const fm_world_method *m = &s->method;
     log_event("settings scene=%s size=%ux%ux%u field=%s algorithm=%s chunk=%u border=%s convergence=%s focus=%u march=%s view=%s "
@@ -98,9 +102,8 @@ static void log_settings(const paint *p) {
 
 // A new world begins: what belonged to the old one is forgotten.
 static void world_changed(paint *p, const char *event) {
-    const bool moved = memcmp(&p->active.shape, &p->settings.shape, sizeof p->active.shape) != 0;
     edit_clear(&p->history);
-    if (moved || !p->last) {
+    if (memcmp(&p->active.shape, &p->stage.shape, sizeof p->active.shape) != 0) {
         p->fly = fly_start(p->stage.shape);
     }
     p->settings.slice_index = (int32_t)(p->settings.slice_axis == 2 ? p->stage.shape.z : p->stage.shape.x) / 2;
@@ -240,14 +243,12 @@ static void apply_settings(paint *p) {
             s->method = p->active.method;
         }
     }
-    const bool building = p->slow.rebuild || p->slow.load;
+    // Scene and shape are the stage's once the world has been made.
     const paint_settings before = p->active;
     p->active = *s;
-    if (building) {
-        p->active.scene = before.scene;
-        p->active.shape = before.shape;
-    }
-    if (memcmp(&before, s, sizeof before) != 0 && log_wanted()) {
+    p->active.scene = before.scene;
+    p->active.shape = before.shape;
+    if (log_wanted() && memcmp(&p->logged, s, sizeof p->logged) != 0) {
         log_settings(p);
     }
 }
@@ -378,6 +379,7 @@ static void read_state(paint *p) {
     r->redo = p->history.count - p->history.at;
     r->history_bytes = p->history.bytes;
     r->captured = p->window.captured;
+    r->message_seconds = p->now - p->said;
     r->memory_count = READINGS_MEMORY;
     if (fm_context_memory(p->context, &r->memory_count, r->memory) != FM_OK) {
         r->memory_count = 0;

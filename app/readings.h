@@ -37,7 +37,8 @@ typedef struct readings {
     bool automatic;  // the benchmark is in control
     fm_pick pick;
     char message[READINGS_MESSAGE];
-    bool failed;  // the message is of a failure
+    double message_seconds;  // since it was said
+    bool failed;             // it is of a failure
 } readings;
 
 #endif

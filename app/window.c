@@ -87,8 +87,8 @@ static void on_button(GLFWwindow *handle, int button, int action, int modifiers)
         w->held_since[side] = glfwGetTime();
         w->next_repeat[side] = w->held_since[side] + first_repeat;
         *(side ? &w->pending.erases : &w->pending.places) += 1;
-    } else if (!gui_wants_mouse()) {
-        window_capture(w, true);
+    } else {
+        w->clicked = true;
     }
 }
 
@@ -202,6 +202,11 @@ static void repeat_edits(window *w, window_input *input) {
 }
 
 window_input window_poll(window *w, double wait_seconds) {
+    // The panel has seen by now where the mouse was at the click before.
+    if (w->clicked && !gui_wants_mouse()) {
+        window_capture(w, true);
+    }
+    w->clicked = false;
     if (wait_seconds > 0) {
         glfwWaitEventsTimeout(wait_seconds);
     } else {

@@ -20,6 +20,7 @@ typedef struct window_input {
 typedef struct window {
     GLFWwindow *handle;
     bool captured;  // the mouse looks around
+    bool clicked;   // the cursor being free, since the last poll
     bool resized;   // since this was last set to false
     double cursor[2];
     double held_since[2];  // left, right; 0: not held

@@ -4,10 +4,10 @@
 
 # To build and run everything but the tests. mesa-vulkan-drivers brings the software driver along.
 FATHOM_BUILD_PACKAGES="gcc libc6-dev cmake ninja-build pkg-config zlib1g-dev libpng-dev libnifti-dev libteem-dev libargtable2-dev
-libcjson-dev libvulkan-dev glslc mesa-vulkan-drivers"
+libcjson-dev libvulkan-dev glslc mesa-vulkan-drivers g++ libglfw3-dev libimgui-dev"
 
 # To run the tests, sanitizers and fuzzers too.
-FATHOM_TEST_PACKAGES="g++ vulkan-validationlayers clang libclang-rt-dev python3-minimal"
+FATHOM_TEST_PACKAGES="vulkan-validationlayers clang libclang-rt-dev python3-minimal xvfb xdotool openbox imagemagick"
 
 fail() {
     echo "$(basename "$0"): $*" >&2

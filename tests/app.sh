@@ -134,8 +134,4 @@ xdotool key F1
 expect "F1" '^widget scene '
 
 end_program
-if [ "$failures" -gt 0 ]; then
-    echo "$failures checks failed" >&2
-    exit 1
-fi
-echo "all checks passed"
+finish

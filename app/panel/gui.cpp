@@ -33,6 +33,10 @@ void note(const char *name) {
 }
 
 void note_choice(const char *name, const char *word) {
+    // A list is measured in its first frame and comes to lie where it stays in the next.
+    if (ImGui::IsWindowAppearing()) {
+        return;
+    }
     char full[64];
     snprintf(full, sizeof full, "%s/%s", name, word);
     note(full);
@@ -52,15 +56,23 @@ bool begin_pair() {
     return ImGui::BeginTable("pair", 2, ImGuiTableFlags_SizingStretchSame | ImGuiTableFlags_NoPadOuterX);
 }
 
-// A list of words that ends with NULL. Returns whether another one was chosen.
-bool choose(const char *name, const char *const *words, int *value) {
+// To be ended by ImGui::EndCombo when it returns true: it is open, and the list itself is hidden from programs that drive the
+// window.
+bool begin_list(const char *name, const char *shown) {
     char id[48];
     snprintf(id, sizeof id, "##%s", name);
     label(name);
+    const bool opened = ImGui::BeginCombo(id, shown, ImGuiComboFlags_HeightLarge);
+    if (!opened) {
+        note(name);
+    }
+    return opened;
+}
+
+// A list of words that ends with NULL. Returns whether another one was chosen.
+bool choose(const char *name, const char *const *words, int *value) {
     bool changed = false;
-    const bool opened = ImGui::BeginCombo(id, words[*value], ImGuiComboFlags_HeightLarge);
-    note(name);
-    if (opened) {
+    if (begin_list(name, words[*value])) {
         for (int i = 0; words[i]; i++) {
             if (ImGui::Selectable(words[i], i == *value)) {
                 changed = i != *value;
@@ -124,7 +136,8 @@ float graph_top(const readings_graph &graph) {
     return 10 * power;
 }
 
-void draw_graph(const char *title, const readings_graph &graph, float mark_ms) {
+// Values that come now and then stand alone, as `stems`; others are joined.
+void draw_graph(const char *title, const readings_graph &graph, float mark_ms, bool stems) {
     const ImVec2 at = ImGui::GetCursorScreenPos(), size(ImGui::GetContentRegionAvail().x, ImGui::GetFontSize() * 4.2f);
     ImGui::Dummy(size);
     ImDrawList *list = ImGui::GetWindowDrawList();
@@ -144,10 +157,8 @@ void draw_graph(const char *title, const readings_graph &graph, float mark_ms) {
         const float value = graph.values[place];
         const float right = static_cast<float>(READINGS_GRAPH - graph.count + i) / (READINGS_GRAPH - 1);
         const ImVec2 point(at.x + size.x * right, height(value));
-        if (i > 0) {
-            list->AddLine(last, point, line_color, 1.5f);
-        } else if (graph.count == 1) {
-            list->AddCircleFilled(ImVec2(end.x - 3, point.y), 2, line_color);
+        if (stems || i > 0) {
+            list->AddLine(stems ? ImVec2(point.x, end.y - 2) : last, point, line_color, 1.5f);
         }
         last = point;
         sum += value;
@@ -272,11 +283,8 @@ bool choose_size(paint_settings *s) {
     } else {
         snprintf(own, sizeof own, "%u x %u x %u", s->shape.x, s->shape.y, s->shape.z);
     }
-    label("size");
-    const bool opened = ImGui::BeginCombo("##size", own, ImGuiComboFlags_HeightLarge);
-    note("size");
     bool changed = false;
-    if (opened) {
+    if (begin_list("size", own)) {
         for (uint32_t size : sizes) {
             char text[16];
             snprintf(text, sizeof text, "%u", size);
@@ -396,7 +404,8 @@ void show_numbers(const readings *r) {
     }
 }
 
-void show_panel(paint_settings *s, const readings *r, gui_request *request) {
+// Returns where its right side is.
+float show_panel(paint_settings *s, const readings *r, gui_request *request) {
     const float width = ImGui::GetFontSize() * 26;
     const ImVec2 screen = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_Always);
@@ -404,11 +413,6 @@ void show_panel(paint_settings *s, const readings *r, gui_request *request) {
     ImGui::Begin("Fathom", nullptr, ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings);
     show_device(r);
     show_numbers(r);
-    if (r->message[0]) {
-        ImGui::PushTextWrapPos(0);
-        ImGui::TextColored(r->failed ? failure : quiet, "%s", r->message);
-        ImGui::PopTextWrapPos();
-    }
     const ImGuiTreeNodeFlags open = ImGuiTreeNodeFlags_DefaultOpen;
     if (ImGui::CollapsingHeader("Brush and file", open)) {
         show_brush(s, r, request);
@@ -421,16 +425,18 @@ void show_panel(paint_settings *s, const readings *r, gui_request *request) {
         show_picture(s);
     }
     if (ImGui::CollapsingHeader("Times", open)) {
-        draw_graph("frame", r->frame_ms, 1000.0f / 60);
-        draw_graph("march", r->march_ms, 0);
-        draw_graph("field", r->field_ms, 0);
+        draw_graph("frame", r->frame_ms, 1000.0f / 60, false);
+        draw_graph("march", r->march_ms, 0, false);
+        draw_graph("field", r->field_ms, 0, true);
     }
     const bool memory = ImGui::CollapsingHeader("Memory", open);
     note("memory");
     if (memory) {
         show_memory(r);
     }
+    const float right = ImGui::GetWindowPos().x + ImGui::GetWindowWidth();
     ImGui::End();
+    return right;
 }
 
 // In the window's pixels, so that it is sharp over a coarse picture, and screenshots are without.
@@ -449,16 +455,33 @@ void show_crosshair() {
     }
 }
 
-void show_hints(const readings *r) {
-    const char *text = r->automatic  ? "benchmark: the camera and the edits follow a fixed script"
-                       : r->captured ? "W A S D, Space, Shift: fly   left: place   right: delete   wheel: radius   1-9: colour   "
-                                       "Ctrl+Z / Y: undo, redo   Tab: free the cursor   F1: panel"
-                                     : "click into the picture to fly and paint   F1: panel   F12: screenshot";
-    const ImVec2 screen = ImGui::GetIO().DisplaySize, size = ImGui::CalcTextSize(text);
+// A line of text over the picture, in the middle of what is right of `left`; `row` counts from below.
+void show_line(const char *text, const ImVec4 &color, float left, int row) {
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    const float width = fmaxf(screen.x - left - 48, 64);
+    const ImVec2 size = ImGui::CalcTextSize(text, nullptr, false, width);
+    const ImVec2 at(left + (screen.x - left - size.x) / 2,
+                    screen.y - size.y - 12 - static_cast<float>(row) * ImGui::GetFontSize() * 2);
     ImDrawList *list = ImGui::GetForegroundDrawList();
-    const ImVec2 at((screen.x - size.x) / 2, screen.y - size.y - 12);
-    list->AddRectFilled(ImVec2(at.x - 10, at.y - 4), ImVec2(at.x + size.x + 10, at.y + size.y + 4), IM_COL32(0, 0, 0, 140), 5);
-    list->AddText(at, IM_COL32(255, 255, 255, 230), text);
+    list->AddRectFilled(ImVec2(at.x - 10, at.y - 4), ImVec2(at.x + size.x + 10, at.y + size.y + 4), IM_COL32(0, 0, 0, 150), 5);
+    list->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, ImGui::GetColorU32(color), text, nullptr, width);
+}
+
+void show_hints(const readings *r, float left) {
+    const ImVec4 white(1, 1, 1, 0.9f);
+    const double shown_for = r->failed ? 20 : 6;
+    if (r->message[0] && r->message_seconds < shown_for) {
+        show_line(r->message, r->failed ? failure : white, left, 2);
+    }
+    if (r->automatic) {
+        show_line("benchmark: the camera and the edits follow a fixed script", white, left, 0);
+    } else if (r->captured) {
+        show_line("W A S D, Space, Shift: fly   left: place   right: delete   wheel: radius   1-9: colour\n"
+                  "Ctrl+Z, Ctrl+Y: undo, redo   Tab: free the cursor   F1: panel   F12: screenshot",
+                  white, left, 0);
+    } else {
+        show_line("click into the picture to fly and paint   F1: panel   F12: screenshot", white, left, 0);
+    }
 }
 
 void set_style() {
@@ -557,8 +580,8 @@ gui_request gui_frame(bool visible, paint_settings *settings, const readings *sh
         show_crosshair();
     }
     if (visible) {
-        show_panel(settings, shown, &request);
-        show_hints(shown);
+        const float right = show_panel(settings, shown, &request);
+        show_hints(shown, right);
     }
     ImGui::Render();
     log_widgets_end();
