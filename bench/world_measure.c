@@ -52,14 +52,14 @@ fm_world_method bench_world_method(const fm_world_method *method) {
         m.border = FM_BORDER_PADDING;
     }
     if (selective) {
-        m.near = m.near ? m.near : FM_WORLD_JFA_FIM;
-        m.far = m.far ? m.far : FM_WORLD_JFA_PUBLISHED;
+        m.near_algorithm = m.near_algorithm ? m.near_algorithm : FM_WORLD_JFA_FIM;
+        m.far_algorithm = m.far_algorithm ? m.far_algorithm : FM_WORLD_JFA_PUBLISHED;
     } else {
-        m.near = m.far = FM_WORLD_EXACT;
+        m.near_algorithm = m.far_algorithm = FM_WORLD_EXACT;
         m.focus_chunks = 0;
         memset(m.focus, 0, sizeof m.focus);
     }
-    if (!iterates(m.algorithm) && !(selective && iterates(m.near))) {
+    if (!iterates(m.algorithm) && !(selective && iterates(m.near_algorithm))) {
         m.convergence = FM_CONVERGE_DEVICE;
     }
     return m;
@@ -79,10 +79,10 @@ const char *bench_world_refuses(const fm_world_desc *desc) {
     if (m.chunk == 0) {
         return "--algorithm selective needs --chunk: it chooses by chunk";
     }
-    if (!iterates(m.near)) {
+    if (!iterates(m.near_algorithm)) {
         return "--near takes fim and jfa-fim";
     }
-    const bool jumps = m.far >= FM_WORLD_JFA_PUBLISHED && m.far <= FM_WORLD_JFA_PLUS_2;
+    const bool jumps = m.far_algorithm >= FM_WORLD_JFA_PUBLISHED && m.far_algorithm <= FM_WORLD_JFA_PLUS_2;
     return jumps ? NULL : "--far takes jfa-published, jfa, jfa-1+ and jfa+2";
 }
 

@@ -10,9 +10,10 @@
 // "selective(fim,jfa) 32 halo host focus 3".
 static void method_text(const fm_world_method *method, char text[96]) {
     int used = snprintf(text, 96, "%s", fm_world_algorithm_words[method->algorithm]);
-    if (method->algorithm == FM_WORLD_SELECTIVE && (method->near != FM_WORLD_JFA_FIM || method->far != FM_WORLD_JFA_PUBLISHED)) {
-        used += snprintf(text + used, 96 - (size_t)used, "(%s,%s)", fm_world_algorithm_words[method->near],
-                         fm_world_algorithm_words[method->far]);
+    if (method->algorithm == FM_WORLD_SELECTIVE &&
+        (method->near_algorithm != FM_WORLD_JFA_FIM || method->far_algorithm != FM_WORLD_JFA_PUBLISHED)) {
+        used += snprintf(text + used, 96 - (size_t)used, "(%s,%s)", fm_world_algorithm_words[method->near_algorithm],
+                         fm_world_algorithm_words[method->far_algorithm]);
     }
     if (method->chunk) {
         used += snprintf(text + used, 96 - (size_t)used, " %" PRIu32 " %s", method->chunk, fm_world_border_words[method->border]);
@@ -83,8 +84,8 @@ static void csv_case(FILE *stream, const bench_world_result *result) {
     bench_csv_text(stream, what->start);
     fprintf(stream, ",%" PRIu64 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%s,%s,%s,%s,%" PRIu32 ",%s,%s,%" PRIu32,
             what->scene_desc.seed, shape.x, shape.y, shape.z, fm_field_format_words[what->desc.format],
-            fm_world_algorithm_words[method->algorithm], fm_world_algorithm_words[method->near],
-            fm_world_algorithm_words[method->far], method->chunk, fm_world_border_words[method->border],
+            fm_world_algorithm_words[method->algorithm], fm_world_algorithm_words[method->near_algorithm],
+            fm_world_algorithm_words[method->far_algorithm], method->chunk, fm_world_border_words[method->border],
             fm_world_convergence_words[method->convergence], method->focus_chunks);
     fprintf(stream, ",%" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu64, what->edits.per_update, what->edits.least_radius,
             what->edits.greatest_radius, what->edits.seed);
@@ -213,8 +214,8 @@ static void add_case(cJSON *object, const bench_world_result *result) {
     cJSON_AddItemToObject(object, "shape", cJSON_CreateIntArray((const int[]){(int)shape.x, (int)shape.y, (int)shape.z}, 3));
     cJSON_AddStringToObject(object, "format", fm_field_format_words[what->desc.format]);
     cJSON_AddStringToObject(object, "algorithm", fm_world_algorithm_words[method->algorithm]);
-    cJSON_AddStringToObject(object, "near", part_of(method, method->near));
-    cJSON_AddStringToObject(object, "far", part_of(method, method->far));
+    cJSON_AddStringToObject(object, "near", part_of(method, method->near_algorithm));
+    cJSON_AddStringToObject(object, "far", part_of(method, method->far_algorithm));
     cJSON_AddNumberToObject(object, "chunk", method->chunk);
     cJSON_AddStringToObject(object, "border", fm_world_border_words[method->border]);
     cJSON_AddStringToObject(object, "convergence", fm_world_convergence_words[method->convergence]);

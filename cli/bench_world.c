@@ -71,7 +71,7 @@ static void note(const world_plan *plan, const bench_world_result *result, world
 
 static bool same(const fm_world_method *a, const fm_world_method *b) {
     return a->algorithm == b->algorithm && a->chunk == b->chunk && a->border == b->border && a->convergence == b->convergence &&
-           a->near == b->near && a->far == b->far && a->focus_chunks == b->focus_chunks;
+           a->near_algorithm == b->near_algorithm && a->far_algorithm == b->far_algorithm && a->focus_chunks == b->focus_chunks;
 }
 
 static uint32_t add_method(fm_world_method *methods, uint32_t count, const fm_world_method *method) {
@@ -91,7 +91,7 @@ static uint32_t list_methods(const world_plan *plan, fm_shape shape, fm_world_me
     const int total = plan->algorithm_count * plan->chunk_count * plan->border_count * plan->convergence_count * plan->focus_count;
     for (int i = 0; i < total && count < MAX_CASES; i++) {
         int rest = i;
-        fm_world_method method = {.near = plan->near, .far = plan->far};
+        fm_world_method method = {.near_algorithm = plan->near, .far_algorithm = plan->far};
         method.focus_chunks = plan->focuses[rest % plan->focus_count];
         rest /= plan->focus_count;
         method.convergence = plan->convergences[rest % plan->convergence_count];

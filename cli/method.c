@@ -58,8 +58,8 @@ bool method_options_read(const method_options *o, fm_world_desc *desc) {
     method->algorithm = (fm_world_algorithm)algorithm;
     method->border = (fm_world_border)border;
     method->convergence = (fm_world_convergence)convergence;
-    method->near = (fm_world_algorithm)near;
-    method->far = (fm_world_algorithm)far;
+    method->near_algorithm = (fm_world_algorithm)near;
+    method->far_algorithm = (fm_world_algorithm)far;
     if (method->algorithm == FM_WORLD_EXACT && method->chunk) {
         cli_usage("--chunk is given with --algorithm exact, which has none: leave it out, or name another algorithm");
         return false;

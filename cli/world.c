@@ -182,8 +182,8 @@ static void print_method(FILE *stream, const world_request *request) {
     const fm_world_method *method = &request->desc.method;
     fprintf(stream, "field: %s, %s", fm_field_format_words[request->desc.format], fm_world_algorithm_words[method->algorithm]);
     if (method->algorithm == FM_WORLD_SELECTIVE) {
-        fprintf(stream, " (%s near the focus, %s elsewhere)", fm_world_algorithm_words[method->near],
-                fm_world_algorithm_words[method->far]);
+        fprintf(stream, " (%s near the focus, %s elsewhere)", fm_world_algorithm_words[method->near_algorithm],
+                fm_world_algorithm_words[method->far_algorithm]);
     }
     if (method->chunk) {
         fprintf(stream, ", chunks of %u, %s", method->chunk, fm_world_border_words[method->border]);

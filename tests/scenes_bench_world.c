@@ -128,12 +128,12 @@ static void test_check(bench_session *session, fm_world_algorithm algorithm, uin
 
 static void test_methods(void) {
     fm_world_method a = {
-        .algorithm = FM_WORLD_EXACT, .chunk = 32, .border = FM_BORDER_HALO, .near = FM_WORLD_FIM, .focus_chunks = 3};
+        .algorithm = FM_WORLD_EXACT, .chunk = 32, .border = FM_BORDER_HALO, .near_algorithm = FM_WORLD_FIM, .focus_chunks = 3};
     a = bench_world_method(&a);
-    CHECK(a.chunk == 0 && a.border == FM_BORDER_PADDING && a.near == FM_WORLD_EXACT && a.focus_chunks == 0);
+    CHECK(a.chunk == 0 && a.border == FM_BORDER_PADDING && a.near_algorithm == FM_WORLD_EXACT && a.focus_chunks == 0);
     fm_world_desc desc = {.method = {.algorithm = FM_WORLD_SELECTIVE, .chunk = 16}};
-    CHECK(bench_world_method(&desc.method).far == FM_WORLD_JFA_PUBLISHED && bench_world_refuses(&desc) == NULL);
-    desc.method.near = FM_WORLD_JFA;
+    CHECK(bench_world_method(&desc.method).far_algorithm == FM_WORLD_JFA_PUBLISHED && bench_world_refuses(&desc) == NULL);
+    desc.method.near_algorithm = FM_WORLD_JFA;
     CHECK(bench_world_refuses(&desc) != NULL);
     desc.method = (fm_world_method){.algorithm = FM_WORLD_JFA, .chunk = 8, .border = FM_BORDER_EXCHANGE};
     CHECK(bench_world_refuses(&desc) != NULL);

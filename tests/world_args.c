@@ -52,10 +52,11 @@ static void test_descs(fm_context *context) {
     refuse_desc(context, with_method((fm_world_method){.algorithm = FM_WORLD_JFA, .chunk = 8, .border = FM_BORDER_EXCHANGE}), bad,
                 "FM_BORDER_EXCHANGE");
     refuse_desc(context, with_method((fm_world_method){.algorithm = FM_WORLD_SELECTIVE}), bad, "chooses by chunk");
-    refuse_desc(context, with_method((fm_world_method){.algorithm = FM_WORLD_SELECTIVE, .chunk = 8, .near = FM_WORLD_JFA}), bad,
-                "near is");
-    refuse_desc(context, with_method((fm_world_method){.algorithm = FM_WORLD_SELECTIVE, .chunk = 8, .far = FM_WORLD_FIM}), bad,
-                "far is");
+    refuse_desc(context,
+                with_method((fm_world_method){.algorithm = FM_WORLD_SELECTIVE, .chunk = 8, .near_algorithm = FM_WORLD_JFA}), bad,
+                "near_algorithm is");
+    refuse_desc(context, with_method((fm_world_method){.algorithm = FM_WORLD_SELECTIVE, .chunk = 8, .far_algorithm = FM_WORLD_FIM}),
+                bad, "far_algorithm is");
     fm_world_desc long_sites = with_method((fm_world_method){.algorithm = FM_WORLD_JFA});
     long_sites.shape.x = 1025;
     refuse_desc(context, long_sites, FM_ERROR_UNSUPPORTED, "1024");

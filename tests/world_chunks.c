@@ -377,8 +377,8 @@ static void test_selective(fm_context *cpu, fm_context *gpu) {
                    .method = {.algorithm = FM_WORLD_SELECTIVE,
                               .chunk = 8,
                               .border = i / 4 == 1 ? FM_BORDER_HALO : FM_BORDER_PADDING,
-                              .near = nears[i & 1],
-                              .far = fars[i >> 1 & 1],
+                              .near_algorithm = nears[i & 1],
+                              .far_algorithm = fars[i >> 1 & 1],
                               .focus_chunks = i / 4 + 1},
                    .solid = 60};
         worlds w;

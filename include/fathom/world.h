@@ -44,7 +44,7 @@ typedef enum fm_world_algorithm {
     FM_WORLD_JFA_PLUS_2,  // steps of 2 and 1 afterwards
     // FM_WORLD_JFA_PUBLISHED, then FM_WORLD_FIM from there. Exact within the domain. Source: Fedor 2025, section 4.5.
     FM_WORLD_JFA_FIM,
-    // Chunks within `focus_chunks` of the focus by `near`, the others by `far`. Source: Fedor 2025, section 4.6.
+    // Chunks within `focus_chunks` of the focus by `near_algorithm`, the others by `far_algorithm`. Source: Fedor 2025, section 4.6.
     FM_WORLD_SELECTIVE,
     // The final kernel of Fedor 2025, kept so that its times can be reproduced: it starts air at 1 and takes minima, so that its
     // field
@@ -70,10 +70,10 @@ typedef struct fm_world_method {
     uint32_t chunk;                    // edge: 8, 16, 32, 64, 128 or 256; 0: the whole world is one domain. FM_WORLD_EXACT wants 0
     fm_world_border border;            // of no effect where `chunk` is 0
     fm_world_convergence convergence;  // FIM, JFA_FIM
-    fm_world_algorithm near, far;      // SELECTIVE: FIM, JFA_FIM; JFA_PUBLISHED, JFA, JFA_1_PLUS, JFA_PLUS_2. EXACT (0) stands for
-                                       // JFA_FIM and JFA_PUBLISHED
-    uint32_t focus_chunks;             // SELECTIVE: edge of the focus box in chunks, centred on the chunk of the focus
-    int32_t focus[3];                  // SELECTIVE: a voxel position, inside the world or not
+    fm_world_algorithm near_algorithm, far_algorithm;  // SELECTIVE: FIM, JFA_FIM; JFA_PUBLISHED, JFA, JFA_1_PLUS, JFA_PLUS_2. EXACT
+                                                       // (0) stands for JFA_FIM and JFA_PUBLISHED
+    uint32_t focus_chunks;  // SELECTIVE: edge of the focus box in chunks, centred on the chunk of the focus
+    int32_t focus[3];       // SELECTIVE: a voxel position, inside the world or not
 } fm_world_method;
 
 typedef struct fm_world_desc {

@@ -187,7 +187,9 @@ static fm_result add_box(fm_world *world, const chunk_box *wanted, const chunk_b
                 bool near = selective && is_inside(&plan->planned_focus, at);
                 bool skipped = (done && is_inside(done, at)) || (moved_only && near == is_inside(&plan->focus, at));
                 if (!skipped) {
-                    fm_world_algorithm algorithm = !selective ? method->algorithm : near ? method->near : method->far;
+                    fm_world_algorithm algorithm = !selective ? method->algorithm
+                                                   : near     ? method->near_algorithm
+                                                              : method->far_algorithm;
                     plan->domains[plan->count++] = domain_of(world, at, algorithm);
                 }
             }

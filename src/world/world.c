@@ -63,15 +63,17 @@ static fm_result check_selective(fm_world_method *method) {
     if (method->chunk == 0) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "chunk is 0: FM_WORLD_SELECTIVE chooses by chunk");
     }
-    method->near = method->near == FM_WORLD_EXACT ? FM_WORLD_JFA_FIM : method->near;
-    method->far = method->far == FM_WORLD_EXACT ? FM_WORLD_JFA_PUBLISHED : method->far;
-    if (!relaxes(method->near)) {
-        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "near is %d: FM_WORLD_FIM and FM_WORLD_JFA_FIM are accepted", (int)method->near);
+    method->near_algorithm = method->near_algorithm == FM_WORLD_EXACT ? FM_WORLD_JFA_FIM : method->near_algorithm;
+    method->far_algorithm = method->far_algorithm == FM_WORLD_EXACT ? FM_WORLD_JFA_PUBLISHED : method->far_algorithm;
+    if (!relaxes(method->near_algorithm)) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "near_algorithm is %d: FM_WORLD_FIM and FM_WORLD_JFA_FIM are accepted",
+                       (int)method->near_algorithm);
     }
-    if (method->far != FM_WORLD_JFA_PUBLISHED && !propagates_sites(method->far)) {
-        return fm_fail(FM_ERROR_INVALID_ARGUMENT,
-                       "far is %d: FM_WORLD_JFA_PUBLISHED, FM_WORLD_JFA, FM_WORLD_JFA_1_PLUS and FM_WORLD_JFA_PLUS_2 are accepted",
-                       (int)method->far);
+    if (method->far_algorithm != FM_WORLD_JFA_PUBLISHED && !propagates_sites(method->far_algorithm)) {
+        return fm_fail(
+            FM_ERROR_INVALID_ARGUMENT,
+            "far_algorithm is %d: FM_WORLD_JFA_PUBLISHED, FM_WORLD_JFA, FM_WORLD_JFA_1_PLUS and FM_WORLD_JFA_PLUS_2 are accepted",
+            (int)method->far_algorithm);
     }
     return FM_OK;
 }
