@@ -3,9 +3,9 @@
 #include "memory.glsl"
 #include "chunk.glsl"
 
-// Brute force. An invocation owns a voxel of a domain's result and tries all words of the domain's site bits, a nearest bit a word;
-// a group brings them into shared memory, those without a site left out. Bits are read once a group, 1/8 byte a voxel of the domain.
-// Where a dispatch does not try all words, the least distances so far (2 bytes a voxel) wait in scratch memory.
+// Brute force. An invocation owns a voxel of a domain's result and tries all words of the domain's site bits, a nearest bit a
+// word; a group brings them into shared memory, those without a site left out. Bits are read once a group, 1/8 byte a voxel of the
+// domain. Where a dispatch does not try all words, the least distances so far (2 bytes a voxel) wait in scratch memory.
 
 layout(constant_id = 5) const bool FIRST = false;  // nothing has been tried
 layout(constant_id = 6) const bool LAST = false;

@@ -3,8 +3,8 @@
 #include "memory.glsl"
 #include "shared.h"
 
-// Squared Euclidean distances of a world along y or z: see envelope.glsl and world_grid.glsl. One invocation owns 16 rows of a column.
-// A pass reads the bits and carries (y) or 4 bytes (z) a voxel and writes 4.
+// Squared Euclidean distances of a world along y or z: see envelope.glsl and world_grid.glsl. One invocation owns 16 rows of a
+// column. A pass reads the bits and carries (y) or 4 bytes (z) a voxel and writes 4.
 
 layout(local_size_x_id = 0, local_size_y_id = 1) in;
 layout(constant_id = 5) const uint SOURCE = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The columns of a world's passes, the lists of tiles to do, and which of the next pass's tiles a change reaches. A tile is TILE_WIDTH
-// columns wide and as long as they are. Expects memory.glsl, the constants ALONG_Z, SEGMENTS, LANES and ROWS.
+// The columns of a world's passes, the lists of tiles to do, and which of the next pass's tiles a change reaches. A tile is
+// TILE_WIDTH columns wide and as long as they are. Expects memory.glsl, the constants ALONG_Z, SEGMENTS, LANES and ROWS.
 
 #include "shared.h"
 #include "lists.glsl"
