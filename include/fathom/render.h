@@ -72,8 +72,9 @@ typedef struct fm_render_stats {
 // Renders into memory of its own. Same thread rule as its context.
 typedef struct fm_renderer fm_renderer;
 
+// Errors: FM_ERROR_INVALID_ARGUMENT for NULL, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST.
 FM_API fm_result fm_renderer_create(fm_context *context, fm_renderer **renderer);
-FM_API void fm_renderer_destroy(fm_renderer *renderer);  // waits for the work in flight
+FM_API void fm_renderer_destroy(fm_renderer *renderer);  // waits for the work in flight; NULL is ignored
 
 // Renders a world as it is after its newest update, whatever its format, borders and exactness; asynchronous on Vulkan, complete at
 // `ticket` (NULL: waits). The world belongs to the renderer's context and has been updated once: before that, it shows anything.
