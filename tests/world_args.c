@@ -155,6 +155,56 @@ static void test_in_flight(world_pair *pair) {
     world_compare(pair);
 }
 
+// More edits than the memory for one update takes at a time, and a voxel that an early one makes and a late one takes away.
+static void test_many(fm_context *context, fm_context *reference) {
+    enum { COUNT = 700 };
+    world_pair pair;
+    const fm_world_desc desc = {.shape = {3, 260, 400}};
+    static fm_brush brushes[COUNT];
+    if (world_pair_make(&pair, context, reference, &desc)) {
+        CHECK_OK(fm_world_update(pair.world, NULL));
+        for (int i = 0; i < COUNT; i++) {
+            brushes[i] = (fm_brush){.voxel = (uint32_t)i % 3, .from = {i % 3, 130, 200}, .radius = 150 - (uint32_t)i % 150};
+        }
+        brushes[COUNT - 1] = (fm_brush){.from = {1, 130, 200}, .radius = 240};
+        CHECK_OK(fm_world_edit(pair.world, brushes, COUNT));
+        // The last one takes all away again, so that the model has nothing to do.
+        CHECK_OK(fm_world_update(pair.world, NULL));
+        world_compare(&pair);
+    }
+    world_pair_free(&pair);
+}
+
+// Before the first update all is air, as far as can be.
+static void test_untouched(fm_context *context, fm_context *reference) {
+    for (int format = FM_FIELD_PACKED; format <= FM_FIELD_SQUARED_U32; format++) {
+        world_pair pair;
+        const fm_world_desc desc = {.shape = {5, 6, 7}, .format = (fm_field_format)format};
+        if (world_pair_make(&pair, context, reference, &desc)) {
+            world_compare(&pair);
+        }
+        world_pair_free(&pair);
+    }
+}
+
+// Caps near 2^16, whose squares leave no room above them.
+static void test_caps(fm_context *context, fm_context *reference) {
+    static const uint32_t caps[] = {1, 7, 65000, 65534, 65535};
+    for (size_t i = 0; i < sizeof caps / sizeof caps[0]; i++) {
+        world_pair pair;
+        const fm_world_desc desc = {.shape = {3, 2, 700}, .format = FM_FIELD_SQUARED_U32, .max_distance = caps[i]};
+        const fm_brush brush = {.voxel = 1, .from = {1, 1, 690}};
+        if (world_pair_make(&pair, context, reference, &desc)) {
+            CHECK_OK(fm_world_update(pair.world, NULL));
+            world_compare(&pair);
+            world_both_edit(&pair, &brush, 1);
+            CHECK_OK(fm_world_update(pair.world, NULL));
+            world_compare(&pair);
+        }
+        world_pair_free(&pair);
+    }
+}
+
 static void test_set_method(world_pair *pair) {
     const fm_world_method bad = {.algorithm = FM_WORLD_FIM, .chunk = 5};
     CHECK_FAILS(fm_world_set_method(pair->world, &bad), FM_ERROR_INVALID_ARGUMENT);
@@ -295,6 +345,9 @@ int main(int count, char **arguments) {
             test_set_method(&pair);
         }
         world_pair_free(&pair);
+        test_many(context, reference);
+        test_untouched(context, reference);
+        test_caps(context, reference);
         fm_context_destroy(reference);
     }
     vulkan_close(context);

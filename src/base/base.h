@@ -69,6 +69,15 @@ static inline uint64_t fm_max_u64(uint64_t a, uint64_t b) {
     return a > b ? a : b;
 }
 
+// The greatest power of two that is not above `value`; 1 for 0.
+static inline uint32_t fm_floor_power_of_two(uint64_t value) {
+    uint32_t power = 1;
+    while ((uint64_t)power * 2 <= value) {
+        power *= 2;
+    }
+    return power;
+}
+
 // Monotonic clock in nanoseconds.
 uint64_t fm_now_ns(void);
 

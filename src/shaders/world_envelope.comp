@@ -35,7 +35,9 @@ cost_t load_cost(uint slice, uint n, uint x) {
     if (SOURCE == FM_SOURCE_BITS) {
         return row_cost(row_ways(push.bits, push.carries, row * push.row_words, x, false));
     }
-    return ref_u32(raw_at(row, x, 4)).v;
+    // The cap stands for no site as well; no distance is added to it.
+    uint value = ref_u32(raw_at(row, x, 4)).v;
+    return value >= push.cap ? COST_NONE : value;
 }
 
 void store_result(uint slice, uint n, uint x, cost_t value, uint nearest) {

@@ -95,21 +95,13 @@ static uint32_t raw_width(const transform_job *job) {
     return wanted < UINT8_MAX ? 1 : wanted < UINT16_MAX ? 2 : 4;
 }
 
-static uint32_t floor_power_of_two(uint64_t value) {
-    uint32_t power = 1;
-    while ((uint64_t)power * 2 <= value) {
-        power *= 2;
-    }
-    return power;
-}
-
 static bool plan_scan(const transform_job *job, uint32_t n, column_pass *pass) {
     bool half = job->width == 1 && job->device.float16;
     uint32_t shared_per_thread = half ? 2 * 2 * 2 * 4 : 2 * 2 * 4 * 4;
     uint64_t limit = fm_min_u64(job->device.max_workgroup, job->device.shared_memory / shared_per_thread);
     for (uint32_t rows = half ? 32 : 16; rows <= (half ? 64 : 32); rows *= 2) {
         uint32_t segments = (uint32_t)fm_div_up(n, rows);
-        uint32_t lanes = floor_power_of_two(fm_min_u64(half ? 16 : 8, limit / segments));
+        uint32_t lanes = fm_floor_power_of_two(fm_min_u64(half ? 16 : 8, limit / segments));
         // Short columns leave room for more of them in a group.
         while (segments * lanes < 128 && lanes < 32) {
             lanes *= 2;
@@ -275,7 +267,7 @@ static uint64_t carry_bytes(const transform_job *job) {
 static fm_result encode(transform_job *job, bool inner) {
     const fm_plan *plan = job->plan;
     uint32_t words = job->encode.row_words;
-    uint32_t row_threads = floor_power_of_two(fm_min_u64(words, ENCODE_THREADS));
+    uint32_t row_threads = fm_floor_power_of_two(fm_min_u64(words, ENCODE_THREADS));
     row_threads *= row_threads < words && row_threads < ENCODE_THREADS ? 2 : 1;
     uint32_t constants[] = {job->solid_type, inner, job->wide, (uint32_t)fm_div_up(words, row_threads), row_threads, job->nothing};
     uint64_t rows = (uint64_t)plan->shape.y * plan->shape.z;

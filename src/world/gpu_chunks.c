@@ -57,6 +57,10 @@ typedef struct chunk_job {
     uint64_t scratch;                // bytes
     uint64_t voxels, result_voxels;  // of all domains
     uint64_t largest_result, words;  // of the largest one: voxels of the result, words of site bits
+    // The pass that is being recorded, or NULL, and the bytes of its steps.
+    const char *pass;
+    uint64_t pass_bytes;
+    bool mixed[FM_WORLD_PUBLISHED_FINAL + 1];  // an algorithm's batches take unlike steps by turns
 } chunk_job;
 
 void fm_gpu_chunks_destroy(fm_world *world) {
@@ -141,8 +145,25 @@ static void barrier(chunk_job *job) {
     fm_commands_barrier(job->gpu, *job->slot);
 }
 
-static void pass(chunk_job *job, const char *name, uint64_t bytes) {
-    fm_commands_pass(job->gpu, *job->slot, name, bytes);
+static void end_pass(chunk_job *job) {
+    if (job->pass) {
+        fm_commands_pass(job->gpu, *job->slot, job->pass, job->pass_bytes);
+        job->pass = NULL;
+        job->pass_bytes = 0;
+    }
+}
+
+// Begins a step that moves so many bytes. It follows what has been recorded, within one pass where names are the same: there may be
+// more batches than passes that are listed. Steps that batches take by turns cannot be told apart.
+static void begin_step(chunk_job *job, const char *name, uint64_t bytes) {
+    name = job->mixed[job->algorithm] ? "chunks" : name;
+    if (job->pass && strcmp(job->pass, name) == 0) {
+        barrier(job);
+    } else {
+        end_pass(job);
+    }
+    job->pass = name;
+    job->pass_bytes += bytes;
 }
 
 static uint32_t field_width(const chunk_job *job) {
@@ -200,7 +221,7 @@ static fm_result flood(chunk_job *job) {
     uint32_t steps[FM_MAX_STEPS];
     uint32_t count = fm_chunk_steps(job->world, job->algorithm, steps);
     uint64_t width = sites ? 4 : 2;
-    uint64_t bytes = job->voxels / 8;
+    begin_step(job, "jfa", job->voxels / 8);
     job->push.which = 0;
     for (uint32_t i = 0; i < count;) {
         bool pair = !sites && job->voxels <= pair_voxels && i + 1 < count;
@@ -211,12 +232,11 @@ static fm_result flood(chunk_job *job) {
         const uint32_t more[] = {first, last, job->algorithm == FM_WORLD_PUBLISHED_FINAL ? 1 : FM_CHUNK_UNKNOWN, pair};
         FM_TRY(dispatch_voxels(job, sites ? FM_KERNEL_CHUNK_SITES : FM_KERNEL_CHUNK_FLOOD, more, sites ? 2 : 4));
         job->push.which ^= first ? 0 : 1;
-        bytes += (first ? 0 : job->voxels * width) + (last ? job->result_voxels * field_width(job) : job->voxels * width);
+        job->pass_bytes += (first ? 0 : job->voxels * width) + (last ? job->result_voxels * field_width(job) : job->voxels * width);
         if (i < count) {
             barrier(job);
         }
     }
-    pass(job, "jfa", bytes);
     return FM_OK;
 }
 
@@ -280,6 +300,9 @@ static void set_round(chunk_job *job, uint32_t round) {
 // Relaxes all blocks of the batch once, then those that rounds list. `seeded`: distances are there already.
 static fm_result relax_on_device(chunk_job *job, bool seeded) {
     struct fm_gpu_chunks *own = job->own;
+    uint64_t width = job->halo ? 2 : field_width(job);
+    // What the rounds move is known only to the device.
+    begin_step(job, "relax", (seeded ? job->voxels * width : job->voxels / 8) + job->voxels * width);
     set_groups(job, BLOCK_EDGE, BLOCK_EDGE, BLOCK_EDGE);
     uint32_t rounds = rounds_of(job);
     prepare_rounds(job, rounds);
@@ -296,9 +319,6 @@ static fm_result relax_on_device(chunk_job *job, bool seeded) {
     }
     own->next_header++;  // the last round's list of what is left, which is empty
     own->iterations = (uint32_t)fm_max_u64(own->iterations, 1);
-    uint64_t width = job->halo ? 2 : field_width(job);
-    // What the rounds move is known only to the device.
-    pass(job, "relax", (seeded ? job->voxels * width : job->voxels / 8) + job->voxels * width);
     return FM_OK;
 }
 
@@ -309,16 +329,17 @@ static fm_result relax_by_host(chunk_job *job, bool seeded) {
     job->push.counted = fm_buffer_address(own->flag);
     if (!seeded) {
         const uint32_t more[] = {true};
+        begin_step(job, "init", job->voxels / 8 + job->voxels * width);
         FM_TRY(dispatch_voxels(job, FM_KERNEL_CHUNK_FIM, more, 1));
-        pass(job, "init", job->voxels / 8 + job->voxels * width);
     }
     uint32_t iterations = 0;
     for (;;) {
         const uint32_t more[] = {false};
+        begin_step(job, "relax", job->voxels * width);
         fm_commands_fill(job->gpu, *job->slot, own->flag, 0, 4, 0);
         barrier(job);
         FM_TRY(dispatch_voxels(job, FM_KERNEL_CHUNK_FIM, more, 1));
-        pass(job, "relax", job->voxels * width);
+        end_pass(job);
         fm_commands_copy(job->gpu, *job->slot, own->flag, 0, own->flag_readback, 0, 4);
         uint64_t begin = fm_now_ns();
         FM_TRY(fm_commands_flush(job->gpu, job->slot));
@@ -359,10 +380,10 @@ static fm_result do_alone(chunk_job *job) {
                              job->algorithm == FM_WORLD_FIM ? 0 : steps[0],
                              fm_chunk_relaxes(job->algorithm),
                              job->algorithm == FM_WORLD_PUBLISHED_FINAL ? 1 : FM_CHUNK_UNKNOWN};
+    begin_step(job, "chunks", job->voxels / 8 + job->voxels * field_width(job));
     set_groups(job, edge, edge, edge);
     FM_TRY(dispatch(job, FM_KERNEL_CHUNK_RELAX, threads, more, sizeof more / sizeof more[0], NULL, 0));
     job->own->iterations = (uint32_t)fm_max_u64(job->own->iterations, fm_chunk_relaxes(job->algorithm));
-    pass(job, "chunks", job->voxels / 8 + job->voxels * field_width(job));
     return FM_OK;
 }
 
@@ -396,6 +417,7 @@ static fm_result brute(chunk_job *job) {
         return fm_fail(FM_ERROR_UNSUPPORTED, "FM_WORLD_BRUTE_FORCE takes domains of at most 2^32 - 1 voxels: this one has %llu",
                        (unsigned long long)job->largest_result);
     }
+    begin_step(job, "brute force", job->voxels / 8 + job->result_voxels * field_width(job));
     job->push.groups = (uint32_t)fm_div_up(job->largest_result, BRUTE_THREADS);
     for (uint64_t first = 0; first < job->words; first += step) {
         const uint32_t more[] = {first == 0, first + step >= job->words};
@@ -406,7 +428,6 @@ static fm_result brute(chunk_job *job) {
             barrier(job);
         }
     }
-    pass(job, "brute force", job->voxels / 8 + job->result_voxels * field_width(job));
     return FM_OK;
 }
 
@@ -429,8 +450,8 @@ static fm_result do_batch(chunk_job *job) {
         return flood(job);
     }
     if (job->halo) {
+        begin_step(job, "finish", job->result_voxels * (2 + field_width(job)));
         FM_TRY(dispatch_voxels(job, FM_KERNEL_CHUNK_FINISH, NULL, 0));
-        pass(job, "finish", job->result_voxels * (2 + field_width(job)));
     }
     return FM_OK;
 }
@@ -549,15 +570,19 @@ static fm_result reserve(chunk_job *job) {
     uint64_t scratch = 0, blocks = 0;
     bool relaxes = false;
     for (fm_world_algorithm i = FM_WORLD_BRUTE_FORCE; i <= FM_WORLD_PUBLISHED_FINAL; i++) {
+        uint32_t batches = 0, alone = 0;
         job->algorithm = i;
         for (uint32_t next = 0; next < job->all->domain_count;) {
             next = fill_batch(job, next);
+            batches += job->count > 0;
+            alone += job->count > 0 && is_alone(job);
             bool listed = job->count > 0 && fm_chunk_relaxes(i) && !is_alone(job);
             relaxes = relaxes || listed;
             scratch = fm_max_u64(scratch, job->count > 0 && is_alone(job) ? 0 : job->scratch);
             set_groups(job, BLOCK_EDGE, BLOCK_EDGE, BLOCK_EDGE);
             blocks = fm_max_u64(blocks, listed && job->halo ? (uint64_t)job->count * job->push.groups : 0);
         }
+        job->mixed[i] = batches > 1 && ((job->halo && fm_chunk_relaxes(i)) || (alone > 0 && alone < batches));
     }
     if (relaxes && job->world->desc.method.convergence == FM_CONVERGE_DEVICE) {
         FM_TRY(reserve_blocks(job, job->halo ? blocks : world_blocks(job->world)));
@@ -569,12 +594,13 @@ static fm_result do_job(chunk_job *job) {
     void *table;
     uint64_t bytes = (uint64_t)job->all->domain_count * sizeof *job->table;
     FM_TRY(reserve(job));
-    FM_TRY(fm_gpu_world_upload(job->world->gpu, bytes, &table, &job->table_address));
+    FM_TRY(fm_gpu_world_upload(job->world, job->slot, bytes, &table, &job->table_address));
     job->table = table;
     for (fm_world_algorithm i = FM_WORLD_BRUTE_FORCE; i <= FM_WORLD_PUBLISHED_FINAL; i++) {
         job->algorithm = i;
         FM_TRY(do_algorithm(job));
     }
+    end_pass(job);
     return FM_OK;
 }
 
@@ -612,7 +638,6 @@ fm_result fm_gpu_chunks_update(fm_world *world, const fm_world_job *all, fm_slot
             return status;
         }
     }
-    fm_chunks_done(world);
     return FM_OK;
 }
 

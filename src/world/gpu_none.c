@@ -7,8 +7,8 @@ static fm_result unsupported(void) {
     return fm_fail(FM_ERROR_UNSUPPORTED, "this build of Fathom has no Vulkan backend (FATHOM_VULKAN=OFF)");
 }
 
-fm_result fm_gpu_world_create(fm_world *world, fm_gpu_world **gpu) {
-    (void)world, (void)gpu;
+fm_result fm_gpu_world_create(fm_world *world) {
+    (void)world;
     return unsupported();
 }
 

@@ -10,21 +10,14 @@ enum {
     MAX_COLUMN_THREADS = 512,  // more leave too few registers
     ENVELOPE_ROWS = 16,        // ROWS of envelope.glsl
     ENTRIES_AT = 64,           // bytes of the lists' headers
+    UPLOAD_BYTES = 1 << 18,    // at least: a few hundred edits
 };
 
 _Static_assert(FM_GPU_PACKED == (int)FM_FIELD_PACKED && FM_GPU_SQUARED_U32 == (int)FM_FIELD_SQUARED_U32,
                "shared.h numbers the formats as fm_field_format does");
 
-static uint32_t floor_power_of_two(uint64_t value) {
-    uint32_t power = 1;
-    while ((uint64_t)power * 2 <= value) {
-        power *= 2;
-    }
-    return power;
-}
-
-static fm_result set_layout(const fm_world *world, fm_column_layout *layout, fm_kernel kernel, uint32_t lanes, uint32_t rows,
-                            uint32_t tile_width) {
+static void set_layout(const fm_world *world, fm_column_layout *layout, fm_kernel kernel, uint32_t lanes, uint32_t rows,
+                       uint32_t tile_width) {
     fm_shape shape = world->desc.shape;
     *layout = (fm_column_layout){.kernel = kernel,
                                  .lanes = lanes,
@@ -33,7 +26,6 @@ static fm_result set_layout(const fm_world *world, fm_column_layout *layout, fm_
                                  .segments_y = (uint32_t)fm_div_up(shape.y, rows),
                                  .segments_z = (uint32_t)fm_div_up(shape.z, rows),
                                  .tiles = (uint32_t)fm_div_up(shape.x, tile_width)};
-    return FM_OK;
 }
 
 static fm_result too_long(const fm_world *world) {
@@ -51,12 +43,13 @@ static fm_result scan_layout(const fm_world *world, fm_column_layout *layout) {
     uint32_t fewest = device->kind == FM_DEVICE_SOFTWARE ? 4 : half ? 32 : 16;
     for (uint32_t rows = fewest; rows <= (half ? 64 : 32); rows *= 2) {
         uint32_t segments = (uint32_t)fm_div_up(longest, rows);
-        uint32_t lanes = floor_power_of_two(fm_min_u64(half ? 16 : 8, limit / segments));
+        uint32_t lanes = fm_floor_power_of_two(fm_min_u64(half ? 16 : 8, limit / segments));
         while (segments * lanes < 128 && lanes < 32 && 4 * lanes < world->desc.shape.x) {
             lanes *= 2;
         }
         if ((uint64_t)segments * lanes <= limit && lanes >= 4) {
-            return set_layout(world, layout, half ? FM_KERNEL_WORLD_SCAN_F16 : FM_KERNEL_WORLD_SCAN_U32, lanes, rows, 4 * lanes);
+            set_layout(world, layout, half ? FM_KERNEL_WORLD_SCAN_F16 : FM_KERNEL_WORLD_SCAN_U32, lanes, rows, 4 * lanes);
+            return FM_OK;
         }
     }
     return too_long(world);
@@ -70,7 +63,8 @@ static fm_result envelope_layout(const fm_world *world, fm_column_layout *layout
         uint64_t bytes = 4 * (uint64_t)segments * ((ENVELOPE_ROWS + 1) * lanes + 3 * lanes + 2);
         if (bytes <= device->shared_memory && (uint64_t)lanes * segments <= MAX_COLUMN_THREADS &&
             lanes * segments <= device->max_workgroup) {
-            return set_layout(world, layout, FM_KERNEL_WORLD_ENVELOPE, lanes, ENVELOPE_ROWS, lanes);
+            set_layout(world, layout, FM_KERNEL_WORLD_ENVELOPE, lanes, ENVELOPE_ROWS, lanes);
+            return FM_OK;
         }
     }
     return too_long(world);
@@ -166,16 +160,22 @@ static fm_result create_planes(fm_world *world) {
     fm_slot *slot;
     FM_TRY(fm_commands_begin(own->gpu, &slot));
     fm_commands_fill(own->gpu, slot, own->voxels, 0, 4 * voxels, 0);
+    // All is air, at the largest distance.
+    uint32_t entry = world->desc.format == FM_FIELD_SQUARED_U32 ? fm_world_cap(&world->desc) : UINT32_MAX;
+    entry = world->desc.format == FM_FIELD_PACKED ? 0xff000000u : entry;
+    fm_commands_fill(own->gpu, slot, own->field, 0, fm_round_up(fm_field_width(world->desc.format) * voxels, 4), entry);
+    if (own->colors) {
+        fm_commands_fill(own->gpu, slot, own->colors, 0, fm_round_up(voxels, 4), 0);
+    }
     return fm_commands_submit(own->gpu, slot, &world->newest);
 }
 
-fm_result fm_gpu_world_create(fm_world *world, fm_gpu_world **result) {
+fm_result fm_gpu_world_create(fm_world *world) {
     world->gpu = fm_alloc_zero(&world->context->allocator, sizeof *world->gpu, "a world");
     if (!world->gpu) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     world->gpu->gpu = world->context->gpu;
-    *result = world->gpu;
     fm_result status = create_planes(world);
     if (status == FM_ERROR_OUT_OF_DEVICE_MEMORY) {
         fm_shape shape = world->desc.shape;
@@ -204,51 +204,47 @@ void fm_gpu_world_destroy(fm_world *world) {
         fm_buffer_destroy(buffers[i]);
     }
     for (uint32_t i = 0; i < FM_WORLD_IN_FLIGHT; i++) {
-        for (uint32_t k = 0; k < own->flights[i].upload_count; k++) {
-            fm_buffer_destroy(own->flights[i].upload[k]);
-        }
+        fm_buffer_destroy(own->flights[i].upload);
         fm_buffer_destroy(own->flights[i].readback);
     }
     fm_free(&world->context->allocator, own, sizeof *own);
     world->gpu = NULL;
 }
 
-fm_result fm_gpu_world_upload(fm_gpu_world *own, uint64_t bytes, void **memory, uint64_t *address) {
-    fm_flight *flight = &own->flights[own->flight];
-    uint32_t last = flight->upload_count - 1;
+static fm_result grow_upload(fm_gpu_world *own, fm_flight *flight, uint64_t bytes) {
+    uint64_t size = fm_max_u64(fm_round_up(2 * bytes, 4096), UPLOAD_BYTES);
+    fm_buffer *upload;
+    FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_UPLOAD, size, false, &upload));
+    fm_buffer_destroy(flight->upload);
+    flight->upload = upload;
+    flight->upload_bytes = size;
+    return FM_OK;
+}
+
+fm_result fm_gpu_world_upload(fm_world *world, fm_slot **slot, uint64_t bytes, void **memory, uint64_t *address) {
+    fm_gpu_world *own = world->gpu;
+    fm_flight *flight = &own->flights[own->next];
     bytes = fm_round_up(bytes, 16);
-    if (flight->upload_count == 0 || flight->used + bytes > flight->upload_bytes[last]) {
-        if (flight->upload_count == FM_UPLOADS) {
-            return fm_fail(FM_ERROR_UNSUPPORTED, "one update has more edits than its upload memory takes: update more often");
+    if (flight->used + bytes > flight->upload_bytes) {
+        if (flight->used > 0) {
+            FM_TRY(fm_commands_flush(own->gpu, slot));
+            flight->used = 0;
         }
-        last = flight->upload_count;
-        uint64_t size = fm_max_u64(fm_round_up(2 * bytes, 4096), 1 << 16);
-        FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_UPLOAD, size, false, &flight->upload[last]));
-        flight->upload_bytes[last] = size;
-        flight->upload_count++;
-        flight->used = 0;
+        if (bytes > flight->upload_bytes) {
+            FM_TRY(grow_upload(own, flight, bytes));
+        }
     }
-    *memory = (uint8_t *)fm_buffer_mapped(flight->upload[last]) + flight->used;
-    *address = fm_buffer_address(flight->upload[last]) + flight->used;
+    *memory = (uint8_t *)fm_buffer_mapped(flight->upload) + flight->used;
+    *address = fm_buffer_address(flight->upload) + flight->used;
     flight->used += bytes;
     return FM_OK;
 }
 
-// The next flight, when the update that used it last is complete. Only its newest, largest upload buffer is kept.
-static fm_result begin_flight(fm_world *world) {
-    fm_gpu_world *own = world->gpu;
-    own->flight = (own->flight + 1) % FM_WORLD_IN_FLIGHT;
-    fm_flight *flight = &own->flights[own->flight];
+// The next flight, when the update that used it last is complete.
+static fm_result begin_flight(fm_gpu_world *own) {
+    own->next = (own->flight + 1) % FM_WORLD_IN_FLIGHT;
+    fm_flight *flight = &own->flights[own->next];
     FM_TRY(fm_gpu_wait(own->gpu, flight->ticket));
-    while (flight->upload_count > 1) {
-        uint32_t drop = flight->upload_bytes[0] < flight->upload_bytes[1] ? 0 : 1;
-        fm_buffer_destroy(flight->upload[drop]);
-        flight->upload_count--;
-        for (uint32_t i = drop; i < flight->upload_count; i++) {
-            flight->upload[i] = flight->upload[i + 1];
-            flight->upload_bytes[i] = flight->upload_bytes[i + 1];
-        }
-    }
     flight->used = 0;
     memset(fm_buffer_mapped(flight->readback), 0, 4 * FM_READBACK_WORDS);
     return FM_OK;
@@ -266,13 +262,13 @@ static fm_result dispatch_rows(fm_world *world, fm_slot *slot, fm_rows_push *pus
     return fm_commands_dispatch(world->gpu->gpu, slot, &dispatch);
 }
 
-static fm_result upload_batch(fm_world *world, const fm_world_batch *batch, fm_rows_push *push) {
+static fm_result upload_batch(fm_world *world, fm_slot **slot, const fm_world_batch *batch, fm_rows_push *push) {
     uint64_t brush_bytes = (uint64_t)batch->brush_count * sizeof *batch->brushes;
     uint64_t bundle_bytes = fm_round_up((uint64_t)batch->bundle_count * sizeof *batch->bundles, 16);
     uint64_t order_bytes = (uint64_t)batch->order_count * sizeof *batch->order;
     void *memory;
     uint64_t address;
-    FM_TRY(fm_gpu_world_upload(world->gpu, brush_bytes + bundle_bytes + order_bytes, &memory, &address));
+    FM_TRY(fm_gpu_world_upload(world, slot, brush_bytes + bundle_bytes + order_bytes, &memory, &address));
     uint8_t *to = memory;
     if (brush_bytes) {
         memcpy(to, batch->brushes, brush_bytes);
@@ -287,7 +283,7 @@ static fm_result upload_batch(fm_world *world, const fm_world_batch *batch, fm_r
     return FM_OK;
 }
 
-static fm_result do_rows(fm_world *world, const fm_world_job *job, fm_slot *slot) {
+static fm_result do_rows(fm_world *world, const fm_world_job *job, fm_slot **slot) {
     fm_gpu_world *own = world->gpu;
     fm_shape shape = world->desc.shape;
     bool exact = world->desc.method.algorithm == FM_WORLD_EXACT;
@@ -317,25 +313,27 @@ static fm_result do_rows(fm_world *world, const fm_world_job *job, fm_slot *slot
     for (uint32_t i = 0; i < job->batch_count; i++) {
         const fm_world_batch *batch = &job->batches[i];
         if (i > 0) {
-            fm_commands_barrier(own->gpu, slot);
+            fm_commands_barrier(own->gpu, *slot);
         }
-        FM_TRY(upload_batch(world, batch, &push));
-        FM_TRY(dispatch_rows(world, slot, &push, true, exact && !job->full, batch->bundle_count));
-        own->rows += (uint64_t)batch->bundle_count * FM_BUNDLE_ROWS;
+        FM_TRY(upload_batch(world, slot, batch, &push));
+        FM_TRY(dispatch_rows(world, *slot, &push, true, exact && !job->full, batch->bundle_count));
         for (uint32_t k = 0; k < batch->bundle_count; k++) {
-            bytes += 4 * FM_BUNDLE_ROWS * (uint64_t)(batch->bundles[k].x_end - batch->bundles[k].x_begin);
+            const fm_gpu_bundle *bundle = &batch->bundles[k];
+            uint64_t rows = fm_min_u64(FM_BUNDLE_ROWS, shape.y - bundle->y);
+            own->rows += rows;
+            bytes += 4 * rows * (bundle->x_end - bundle->x_begin);
         }
     }
     if (job->full) {
         if (job->batch_count > 0) {
-            fm_commands_barrier(own->gpu, slot);
+            fm_commands_barrier(own->gpu, *slot);
         }
-        FM_TRY(dispatch_rows(world, slot, &push, false, false, fm_div_up(shape.y, FM_BUNDLE_ROWS) * shape.z));
+        FM_TRY(dispatch_rows(world, *slot, &push, false, false, fm_div_up(shape.y, FM_BUNDLE_ROWS) * shape.z));
         own->rows = (uint64_t)shape.y * shape.z;
         bytes = 4 * fm_voxels(shape);
     }
     // Bits and carries of each row are read whole or written.
-    fm_commands_pass(own->gpu, slot, "rows", bytes + own->rows * push.row_words * 8);
+    fm_commands_pass(own->gpu, *slot, "rows", bytes + own->rows * push.row_words * 8);
     return FM_OK;
 }
 
@@ -357,7 +355,7 @@ static fm_result do_columns(fm_world *world, fm_slot *slot, bool along_z, bool l
                           .next_list = lists + FM_LIST_Z * FM_LIST_HEADER_BYTES,
                           .next_entries = lists + places.entries_z,
                           .next_marks = lists + places.changes,
-                          .counted = fm_buffer_address(own->flights[own->flight].readback) + counted,
+                          .counted = fm_buffer_address(own->flights[own->next].readback) + counted,
                           .x = shape.x,
                           .y = shape.y,
                           .z = shape.z,
@@ -395,7 +393,7 @@ static fm_result do_columns(fm_world *world, fm_slot *slot, bool along_z, bool l
 }
 
 static fm_result record(fm_world *world, const fm_world_job *job, fm_slot **slot) {
-    FM_TRY(do_rows(world, job, *slot));
+    FM_TRY(do_rows(world, job, slot));
     if (world->desc.method.algorithm != FM_WORLD_EXACT) {
         return fm_gpu_chunks_update(world, job, slot);
     }
@@ -412,12 +410,13 @@ fm_result fm_gpu_world_update(fm_world *world, const fm_world_job *job) {
         whole.full = true;
         job = &whole;
     }
-    FM_TRY(begin_flight(world));
+    FM_TRY(begin_flight(own));
     fm_slot *slot;
     FM_TRY(fm_commands_begin(own->gpu, &slot));
     FM_TRY(record(world, job, &slot));
     fm_ticket ticket;
     FM_TRY(fm_commands_submit(own->gpu, slot, &ticket));
+    own->flight = own->next;
     own->flights[own->flight].ticket = ticket;
     // A full update has no list and clears none: the header in use stays clear.
     own->parity ^= job->full ? 0 : 1;

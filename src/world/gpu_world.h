@@ -5,7 +5,7 @@
 #include "gpu/compute.h"
 #include "world/world.h"
 
-enum { FM_WORLD_IN_FLIGHT = 3, FM_UPLOADS = 8 };
+enum { FM_WORLD_IN_FLIGHT = 3 };
 
 // How a world's columns are cut into tiles and segments; tiles of both axes are equally wide.
 typedef struct fm_column_layout {
@@ -17,10 +17,8 @@ typedef struct fm_column_layout {
 
 // What the host writes for an update in flight, and what the kernels write for the host.
 typedef struct fm_flight {
-    fm_buffer *upload[FM_UPLOADS];  // filled one after the other; joined into one when the flight is used again
-    uint64_t upload_bytes[FM_UPLOADS];
-    uint32_t upload_count;
-    uint64_t used;        // bytes of the last one
+    fm_buffer *upload;
+    uint64_t upload_bytes, used;
     fm_buffer *readback;  // FM_READBACK_WORDS 32-bit words
     fm_ticket ticket;
 } fm_flight;
@@ -39,6 +37,7 @@ struct fm_gpu_world {
 
     fm_flight flights[FM_WORLD_IN_FLIGHT];
     uint32_t flight;  // of the newest update
+    uint32_t next;    // of the one that is being recorded
     uint64_t rows;    // that the newest update looked at
     uint32_t parity;  // which header of the tiles along y the next update uses
 
@@ -46,8 +45,9 @@ struct fm_gpu_world {
     struct fm_gpu_samples *samples;  // gpu_samples.c; NULL until it is needed
 };
 
-// Memory of the current flight that the host writes and kernels read; the flight's ticket has been waited for.
-fm_result fm_gpu_world_upload(fm_gpu_world *world, uint64_t bytes, void **memory, uint64_t *address);
+// Memory of the update that is being recorded, which the host writes and kernels read. Where it is full, what has been recorded is
+// carried out first, so that `slot` is another one.
+fm_result fm_gpu_world_upload(fm_world *world, fm_slot **slot, uint64_t bytes, void **memory, uint64_t *address);
 
 // gpu_chunks.c: the memory of chunked methods, which must be there before an update is recorded: what fills it is recorded too.
 fm_result fm_gpu_chunks_prepare(fm_world *world);

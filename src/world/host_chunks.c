@@ -523,6 +523,5 @@ fm_result fm_host_chunks(fm_world *world, const fm_world_job *job) {
     }
     world->stats.chunks = job->domain_count;
     world->stats.iterations = loop.iterations;
-    fm_chunks_done(world);
     return FM_OK;
 }

@@ -270,7 +270,5 @@ fm_result fm_host_world_update(fm_world *world, const fm_world_job *job) {
         fm_host_exact_update(world, job->full);
         return FM_OK;
     }
-    fm_result result = fm_host_chunks(world, job);
-    fm_passes_end(context, "chunks", 0);
-    return result;
+    return fm_host_chunks(world, job);
 }

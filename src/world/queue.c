@@ -28,6 +28,7 @@ struct fm_world_queue {
     uint32_t *bundle_of;  // per place (y / 8, z): number of its bundle in the batch + 1, or 0
     uint64_t bundle_of_bytes;
     grown bundles, order, batches, starts;
+    grown touched;  // fm_box
 };
 
 // Where a batch's share of the arrays begins; pointers are set when they have stopped growing.
@@ -81,7 +82,7 @@ void fm_queue_destroy(fm_world_queue *queue) {
         return;
     }
     fm_allocator allocator = queue->allocator;
-    grown *arrays[] = {&queue->brushes, &queue->bundles, &queue->order, &queue->batches, &queue->starts};
+    grown *arrays[] = {&queue->brushes, &queue->bundles, &queue->order, &queue->batches, &queue->starts, &queue->touched};
     for (size_t i = 0; i < sizeof arrays / sizeof arrays[0]; i++) {
         fm_free(&allocator, arrays[i]->data, arrays[i]->bytes);
     }
@@ -264,12 +265,28 @@ static void drop_job(fm_world_queue *queue) {
     queue->starts.count = 0;
 }
 
+// Edits before a box that covers the world leave no trace.
+static uint32_t first_that_counts(const fm_world_queue *queue) {
+    const fm_gpu_brush *brushes = queue->brushes.data;
+    const int32_t last[3] = {(int32_t)queue->shape.x - 1, (int32_t)queue->shape.y - 1, (int32_t)queue->shape.z - 1};
+    for (uint32_t i = queue->brushes.count; i-- > 0;) {
+        bool all = brushes[i].kind == FM_BRUSH_BOX;
+        for (int k = 0; k < 3; k++) {
+            all = all && brushes[i].begin[k] == 0 && brushes[i].end[k] == last[k];
+        }
+        if (all) {
+            return i;
+        }
+    }
+    return 0;
+}
+
 static fm_result bin_all(fm_world_queue *queue) {
     const fm_gpu_brush *brushes = queue->brushes.data;
-    uint32_t begin = 0;
+    uint32_t begin = first_that_counts(queue);
     uint64_t entries = 0;
     bool boxes = true;
-    for (uint32_t i = 0; i < queue->brushes.count; i++) {
+    for (uint32_t i = begin; i < queue->brushes.count; i++) {
         uint64_t own = bundles_of(&brushes[i]);
         if (i > begin && entries + own > ORDER_LIMIT) {
             FM_TRY(bin(queue, begin, i, boxes));
@@ -285,7 +302,7 @@ static fm_result bin_all(fm_world_queue *queue) {
     return FM_OK;
 }
 
-fm_result fm_queue_job(fm_world_queue *queue, fm_world_job *job, fm_box *touched) {
+fm_result fm_queue_job(fm_world_queue *queue, fm_world_job *job, const fm_box **touched, uint32_t *touched_count) {
     drop_job(queue);
     FM_TRY(bin_all(queue));
     fm_world_batch *batches = queue->batches.data;
@@ -297,15 +314,16 @@ fm_result fm_queue_job(fm_world_queue *queue, fm_world_job *job, fm_box *touched
     }
     job->batches = batches;
     job->batch_count = queue->batches.count;
-    *touched = (fm_box){{INT64_MAX, INT64_MAX, INT64_MAX}, {0, 0, 0}};
-    for (uint32_t i = 0; i < queue->box_count; i++) {
-        include(touched, &queue->boxes[i]);
-    }
+    uint32_t count = job->batch_count > 0 ? queue->box_count + queue->brushes.count : 0;
+    // One more, so that no boxes are not NULL.
+    FM_TRY(grow(queue, &queue->touched, (uint64_t)count + 1, sizeof(fm_box), "boxes of edits"));
+    fm_box *all = queue->touched.data;
     const fm_gpu_brush *brushes = queue->brushes.data;
-    for (uint32_t i = 0; job->batch_count > 0 && i < queue->brushes.count; i++) {
-        fm_box box = brush_box(&brushes[i]);
-        include(touched, &box);
+    for (uint32_t i = 0; i < count; i++) {
+        all[i] = i < queue->box_count ? queue->boxes[i] : brush_box(&brushes[i - queue->box_count]);
     }
+    *touched = all;
+    *touched_count = count;
     return FM_OK;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // The public calls that make and update a world: arguments are checked here, and nowhere below.
 
-#include "world/world.h"
+#include "world/chunks.h"
 
 #include <string.h>
 
@@ -35,14 +35,6 @@ static const char *const algorithm_names[] = {
 
 enum { ALGORITHM_COUNT = sizeof algorithm_names / sizeof algorithm_names[0] };
 
-static bool propagates_sites(fm_world_algorithm algorithm) {
-    return algorithm == FM_WORLD_JFA || algorithm == FM_WORLD_JFA_1_PLUS || algorithm == FM_WORLD_JFA_PLUS_2;
-}
-
-static bool relaxes(fm_world_algorithm algorithm) {
-    return algorithm == FM_WORLD_FIM || algorithm == FM_WORLD_JFA_FIM;
-}
-
 static fm_result check_enumerators(const fm_world_method *method) {
     if ((unsigned)method->algorithm >= ALGORITHM_COUNT) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "algorithm is %d: not an fm_world_algorithm", (int)method->algorithm);
@@ -65,11 +57,11 @@ static fm_result check_selective(fm_world_method *method) {
     }
     method->near_algorithm = method->near_algorithm == FM_WORLD_EXACT ? FM_WORLD_JFA_FIM : method->near_algorithm;
     method->far_algorithm = method->far_algorithm == FM_WORLD_EXACT ? FM_WORLD_JFA_PUBLISHED : method->far_algorithm;
-    if (!relaxes(method->near_algorithm)) {
+    if (!fm_chunk_relaxes(method->near_algorithm)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "near_algorithm is %d: FM_WORLD_FIM and FM_WORLD_JFA_FIM are accepted",
                        (int)method->near_algorithm);
     }
-    if (method->far_algorithm != FM_WORLD_JFA_PUBLISHED && !propagates_sites(method->far_algorithm)) {
+    if (method->far_algorithm != FM_WORLD_JFA_PUBLISHED && !fm_chunk_propagates_sites(method->far_algorithm)) {
         return fm_fail(
             FM_ERROR_INVALID_ARGUMENT,
             "far_algorithm is %d: FM_WORLD_JFA_PUBLISHED, FM_WORLD_JFA, FM_WORLD_JFA_1_PLUS and FM_WORLD_JFA_PLUS_2 are accepted",
@@ -82,7 +74,7 @@ static fm_result check_selective(fm_world_method *method) {
 static fm_result check_sites(const fm_world_method *method, fm_shape shape) {
     enum { MAX_DOMAIN = 1024 };
     uint32_t longest = (uint32_t)fm_max_u64(shape.x, fm_max_u64(shape.y, shape.z));
-    if (propagates_sites(method->algorithm) && method->chunk == 0 && longest > MAX_DOMAIN) {
+    if (fm_chunk_propagates_sites(method->algorithm) && method->chunk == 0 && longest > MAX_DOMAIN) {
         return fm_fail(FM_ERROR_UNSUPPORTED, "%s on the whole world takes axes up to %d: this one has %u. Use chunks",
                        algorithm_names[method->algorithm], MAX_DOMAIN, longest);
     }
@@ -102,7 +94,7 @@ static fm_result check_method(fm_world_method *method, const fm_world_desc *desc
     if (method->algorithm != FM_WORLD_EXACT && desc->format == FM_FIELD_SQUARED_U32) {
         return fm_fail(FM_ERROR_UNSUPPORTED, "%s computes Manhattan distances: FM_FIELD_SQUARED_U32 wants FM_WORLD_EXACT", name);
     }
-    if (method->border == FM_BORDER_EXCHANGE && method->chunk != 0 && !relaxes(method->algorithm)) {
+    if (method->border == FM_BORDER_EXCHANGE && method->chunk != 0 && !fm_chunk_relaxes(method->algorithm)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "border is FM_BORDER_EXCHANGE: FM_WORLD_FIM and FM_WORLD_JFA_FIM take it, not %s",
                        name);
     }
@@ -148,7 +140,7 @@ fm_result fm_world_create(fm_context *context, const fm_world_desc *desc, fm_wor
     world->all_dirty = true;
     fm_result status = fm_queue_create(world, &world->queue);
     if (status == FM_OK) {
-        status = context->gpu ? fm_gpu_world_create(world, &world->gpu) : fm_host_world_create(world, &world->host);
+        status = context->gpu ? fm_gpu_world_create(world) : fm_host_world_create(world, &world->host);
     }
     if (status != FM_OK) {
         fm_world_destroy(world);
@@ -170,7 +162,9 @@ void fm_world_destroy(fm_world *world) {
 }
 
 void fm_world_info(const fm_world *world, fm_world_desc *desc) {
-    *desc = world->desc;
+    if (world && desc) {
+        *desc = world->desc;
+    }
 }
 
 fm_result fm_world_set_method(fm_world *world, const fm_world_method *method) {
@@ -191,6 +185,9 @@ fm_result fm_world_set_method(fm_world *world, const fm_world_method *method) {
 }
 
 void fm_world_set_focus(fm_world *world, const int32_t focus[3]) {
+    if (!world || !focus) {
+        return;
+    }
     memcpy(world->desc.method.focus, focus, sizeof world->desc.method.focus);
     world->focus_moved = world->desc.method.algorithm == FM_WORLD_SELECTIVE;
 }
@@ -203,18 +200,21 @@ fm_result fm_world_edit(fm_world *world, const fm_brush *brushes, uint32_t count
 }
 
 void fm_world_mark(fm_world *world, const fm_box *box) {
-    fm_queue_mark(world->queue, box);
+    if (world && box) {
+        fm_queue_mark(world->queue, box);
+    }
 }
 
 static fm_result carry_out(fm_world *world) {
     fm_world_job job = {.full = world->all_dirty};
-    fm_box touched;
-    FM_TRY(fm_queue_job(world->queue, &job, &touched));
+    const fm_box *touched;
+    uint32_t touched_count;
+    FM_TRY(fm_queue_job(world->queue, &job, &touched, &touched_count));
     if (job.batch_count == 0 && !job.full && !world->focus_moved) {
         return FM_OK;
     }
     if (world->desc.method.algorithm != FM_WORLD_EXACT) {
-        FM_TRY(fm_chunks_plan(world, job.full ? NULL : &touched, &job));
+        FM_TRY(fm_chunks_plan(world, job.full ? NULL : touched, touched_count, &job));
     }
     return world->gpu ? fm_gpu_world_update(world, &job) : fm_host_world_update(world, &job);
 }
@@ -225,6 +225,7 @@ fm_result fm_world_update(fm_world *world, fm_ticket *ticket) {
     }
     if (world->all_dirty || world->focus_moved || !fm_queue_empty(world->queue)) {
         FM_TRY(carry_out(world));
+        fm_chunks_done(world);
         fm_queue_clear(world->queue);
         world->all_dirty = false;
         world->focus_moved = false;

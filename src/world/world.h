@@ -78,13 +78,13 @@ void fm_queue_destroy(fm_world_queue *queue);
 fm_result fm_queue_brushes(fm_world_queue *queue, const fm_brush *brushes, uint32_t count);
 void fm_queue_mark(fm_world_queue *queue, const fm_box *box);
 bool fm_queue_empty(const fm_world_queue *queue);
-// Makes the job's batches and the box of all that may change; what they point to lives until fm_queue_clear.
-fm_result fm_queue_job(fm_world_queue *queue, fm_world_job *job, fm_box *touched);
+// Makes the job's batches and the boxes of all that may change; what they point to lives until fm_queue_clear.
+fm_result fm_queue_job(fm_world_queue *queue, fm_world_job *job, const fm_box **touched, uint32_t *touched_count);
 void fm_queue_clear(fm_world_queue *queue);
 
-// chunks.c: the domains of a chunked method that `touched` makes dirty (NULL: all), and those that a moved focus does. They live
-// until the next call.
-fm_result fm_chunks_plan(fm_world *world, const fm_box *touched, fm_world_job *job);
+// chunks.c: the domains of a chunked method that boxes of edits make dirty (NULL: all), and those that a moved focus does. They
+// live until the next call.
+fm_result fm_chunks_plan(fm_world *world, const fm_box *touched, uint32_t touched_count, fm_world_job *job);
 void fm_chunks_destroy(fm_world *world);
 
 // host_world.c. `prepare` gets the memory that world->desc.method needs. `destroy` is fine with a world that has no backend.
@@ -94,7 +94,7 @@ fm_result fm_host_world_prepare(fm_world *world);
 fm_result fm_host_world_update(fm_world *world, const fm_world_job *job);
 
 // gpu_world.c. `update` sets world->newest; `stats` waits for it and fills in world->stats.
-fm_result fm_gpu_world_create(fm_world *world, fm_gpu_world **gpu);
+fm_result fm_gpu_world_create(fm_world *world);
 void fm_gpu_world_destroy(fm_world *world);
 fm_result fm_gpu_world_prepare(fm_world *world);
 fm_result fm_gpu_world_update(fm_world *world, const fm_world_job *job);
