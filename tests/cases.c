@@ -6,14 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-// SplitMix64: G. Steele, D. Lea and C. Flood, "Fast splittable pseudorandom number generators", 2014.
-uint64_t test_random(uint64_t *seed) {
-    *seed += 0x9e3779b97f4a7c15u;
-    uint64_t value = (*seed ^ (*seed >> 30)) * 0xbf58476d1ce4e5b9u;
-    value = (value ^ (value >> 27)) * 0x94d049bb133111ebu;
-    return value ^ (value >> 31);
-}
-
 // Besides 1 to 9 along each axis and as a cube: primes, flat and thin grids, both sides of word and vector widths, and lengths
 // whose distances leave 8 and 16 bits, squared or not.
 static const fm_shape shapes[] = {

@@ -5,6 +5,7 @@
 // The table that drives every transform against the oracle: grids, and what may be asked of them. Deterministic.
 
 #include "fathom/fathom.h"
+#include "random.h"
 
 typedef struct test_grid {
     fm_shape shape;
@@ -42,8 +43,5 @@ test_encoding test_encoding_at(uint32_t i);
 
 // Writes fm_array_bytes bytes of the encoding's type.
 void test_encode(const test_encoding *encoding, fm_shape shape, const uint8_t *solid, void *out);
-
-// Small numbers that follow from `seed` alone.
-uint64_t test_random(uint64_t *seed);
 
 #endif

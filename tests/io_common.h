@@ -6,6 +6,7 @@
 
 #include "check.h"
 #include "fathom/io.h"
+#include "random.h"
 
 #include <dirent.h>
 #include <math.h>
@@ -93,13 +94,6 @@ static inline uint8_t *io_contents(const char *path, size_t *size) {
     return data;
 }
 
-static inline uint64_t io_random(uint64_t *state) {
-    *state ^= *state << 13;
-    *state ^= *state >> 7;
-    *state ^= *state << 17;
-    return *state;
-}
-
 static inline uint64_t io_bytes(fm_shape shape, fm_type type) {
     uint64_t bytes = 0;
     CHECK_OK(fm_array_bytes(shape, type, &bytes));
@@ -115,9 +109,9 @@ static inline fm_volume *io_volume(fm_context *context, fm_shape shape, fm_type 
     }
     uint8_t *data = fm_volume_data(volume);
     uint64_t bytes = io_bytes(shape, type);
-    uint64_t state = seed * 0x9e3779b97f4a7c15u + 1;
+    uint64_t state = seed;
     for (uint64_t i = 0; i < bytes; i++) {
-        data[i] = (uint8_t)(io_random(&state) >> 32);
+        data[i] = (uint8_t)(test_random(&state) >> 32);
     }
     uint64_t count = (uint64_t)shape.x * shape.y * shape.z;
     for (uint64_t i = 0; i < count && type == FM_TYPE_F32; i++) {

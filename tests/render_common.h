@@ -48,7 +48,7 @@ static inline uint32_t render_voxel(const render_stage *s, int64_t x, int64_t y,
 }
 
 static inline double render_part(uint64_t *state) {
-    return (double)(world_random(state) >> 11) * 0x1p-53;
+    return (double)(test_random(state) >> 11) * 0x1p-53;
 }
 
 #endif

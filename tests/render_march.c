@@ -217,7 +217,7 @@ static uint32_t *make_voxels(int kind, uint64_t *state) {
     uint32_t *voxels = calloc((size_t)SHAPE.x * SHAPE.y * SHAPE.z, sizeof *voxels);
     for (uint32_t i = 0; i < SHAPE.x * SHAPE.y * SHAPE.z; i++) {
         const uint32_t x = i % SHAPE.x, y = i / SHAPE.x % SHAPE.y, z = i / SHAPE.x / SHAPE.y;
-        const uint32_t color = (uint32_t)world_random(state) | 1;
+        const uint32_t color = (uint32_t)test_random(state) | 1;
         const bool wall = x == y + 8 || (x + z == 31 && y > 12) || x + y + z == 20;
         const bool solid = kind == 0 ? color >> 8 & 1 && !(color & 0x3e00) : kind == 1 ? wall || z == 0 : z == 4 && x > 3 && y < 17;
         voxels[i] = solid ? color : 0;

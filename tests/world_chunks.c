@@ -65,9 +65,9 @@ static void scatter(worlds *w, const setup *s, uint64_t *seed) {
         return;
     }
     for (uint32_t i = 0; i < count; i++) {
-        int32_t at[3] = {world_between(seed, 0, (int32_t)s->shape.x - 1), world_between(seed, 0, (int32_t)s->shape.y - 1),
-                         world_between(seed, 0, (int32_t)s->shape.z - 1)};
-        brushes[i] = (fm_brush){.voxel = (uint32_t)world_random(seed) | 1, .from = {at[0], at[1], at[2]}};
+        int32_t at[3] = {test_between(seed, 0, (int32_t)s->shape.x - 1), test_between(seed, 0, (int32_t)s->shape.y - 1),
+                         test_between(seed, 0, (int32_t)s->shape.z - 1)};
+        brushes[i] = (fm_brush){.voxel = (uint32_t)test_random(seed) | 1, .from = {at[0], at[1], at[2]}};
         w->voxels[((uint64_t)at[2] * s->shape.y + (uint64_t)at[1]) * s->shape.x + (uint64_t)at[0]] = brushes[i].voxel;
     }
     CHECK_OK(fm_world_edit(w->host, brushes, count));

@@ -6,57 +6,63 @@
 
 #include "check.h"
 #include "fathom/world.h"
+#include "random.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-// A 64-bit generator (Steele, Lea and Flood 2014, "Fast splittable pseudorandom number generators").
-static inline uint64_t world_random(uint64_t *state) {
-    uint64_t z = (*state += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return z ^ (z >> 31);
-}
-
-static inline int32_t world_between(uint64_t *state, int32_t low, int32_t high) {
-    return low + (int32_t)(world_random(state) % (uint64_t)((int64_t)high - low + 1));
-}
-
-static inline int64_t world_square(int64_t v) {
-    return v * v;
-}
-
 __extension__ typedef __int128 world_wide;
 
-// Whether a brush covers a voxel, by its public definition, for positions near the world.
+static inline world_wide world_square(world_wide a) {
+    return a * a;
+}
+
+// Whether a brush covers a voxel, by its public definition, in integers that cannot overflow.
 static inline bool world_covers(const fm_brush *brush, const int32_t at[3]) {
+    const world_wide radius = brush->radius > 1u << 30 ? 1u << 30 : brush->radius;
+    world_wide from2 = 0, to2 = 0, along = 0, length2 = 0;
+    bool between = true;
+    for (int i = 0; i < 3; i++) {
+        const int32_t a = brush->from[i], b = brush->to[i];
+        between = between && at[i] >= (a < b ? a : b) && at[i] <= (a < b ? b : a);
+        from2 += world_square((world_wide)at[i] - a);
+        to2 += world_square((world_wide)at[i] - b);
+        along += ((world_wide)at[i] - a) * ((world_wide)b - a);
+        length2 += world_square((world_wide)b - a);
+    }
     if (brush->kind == FM_BRUSH_BOX) {
-        for (int i = 0; i < 3; i++) {
-            int32_t low = brush->from[i] < brush->to[i] ? brush->from[i] : brush->to[i];
-            int32_t high = brush->from[i] < brush->to[i] ? brush->to[i] : brush->from[i];
-            if (at[i] < low || at[i] > high) {
-                return false;
+        return between;
+    }
+    if (brush->kind == FM_BRUSH_SPHERE || along <= 0 || along >= length2) {
+        return (brush->kind == FM_BRUSH_SPHERE || along <= 0 ? from2 : to2) <= world_square(radius);
+    }
+    return from2 * length2 - world_square(along) <= world_square(radius) * length2;
+}
+
+// Where the brush's voxels can be: its box, cut to the world.
+static inline void world_brush_box(const fm_brush *brush, fm_shape shape, int32_t begin[3], int32_t end[3]) {
+    const int64_t size[3] = {shape.x, shape.y, shape.z};
+    const int64_t reach = brush->kind == FM_BRUSH_BOX ? 0 : brush->radius;
+    for (int i = 0; i < 3; i++) {
+        const int32_t from = brush->from[i], to = brush->kind == FM_BRUSH_SPHERE ? from : brush->to[i];
+        const int64_t low = (from < to ? from : to) - reach, high = (from < to ? to : from) + reach + 1;
+        begin[i] = (int32_t)(low < 0 ? 0 : low < size[i] ? low : size[i]);
+        end[i] = (int32_t)(high < 0 ? 0 : high < size[i] ? high : size[i]);
+    }
+}
+
+// Carries out an edit in an array of voxels.
+static inline void world_brush_edit(const fm_brush *brush, fm_shape shape, uint32_t *voxels) {
+    int32_t at[3], begin[3], end[3];
+    world_brush_box(brush, shape, begin, end);
+    for (at[2] = begin[2]; at[2] < end[2]; at[2]++) {
+        for (at[1] = begin[1]; at[1] < end[1]; at[1]++) {
+            uint32_t *row = voxels + ((uint64_t)at[2] * shape.y + (uint64_t)at[1]) * shape.x;
+            for (at[0] = begin[0]; at[0] < end[0]; at[0]++) {
+                row[at[0]] = world_covers(brush, at) ? brush->voxel : row[at[0]];
             }
         }
-        return true;
     }
-    int64_t r2 = world_square(brush->radius > (1u << 30) ? 1u << 30 : brush->radius);
-    int64_t along = 0, length2 = 0, from2 = 0, to2 = 0;
-    for (int i = 0; i < 3; i++) {
-        from2 += world_square((int64_t)at[i] - brush->from[i]);
-        if (brush->kind == FM_BRUSH_LINE) {
-            along += ((int64_t)at[i] - brush->from[i]) * ((int64_t)brush->to[i] - brush->from[i]);
-            length2 += world_square((int64_t)brush->to[i] - brush->from[i]);
-            to2 += world_square((int64_t)at[i] - brush->to[i]);
-        }
-    }
-    if (brush->kind == FM_BRUSH_SPHERE || along <= 0) {
-        return from2 <= r2;
-    }
-    if (along >= length2) {
-        return to2 <= r2;
-    }
-    return (world_wide)from2 * length2 - (world_wide)along * along <= (world_wide)r2 * length2;
 }
 
 // The world and its model.
@@ -86,44 +92,29 @@ static inline void world_pair_free(world_pair *pair) {
     free(pair->voxels);
 }
 
-static inline void world_model_edit(world_pair *pair, const fm_brush *brush) {
-    const fm_shape s = pair->desc.shape;
-    int32_t at[3];
-    uint64_t i = 0;
-    for (at[2] = 0; at[2] < (int32_t)s.z; at[2]++) {
-        for (at[1] = 0; at[1] < (int32_t)s.y; at[1]++) {
-            for (at[0] = 0; at[0] < (int32_t)s.x; at[0]++, i++) {
-                if (world_covers(brush, at)) {
-                    pair->voxels[i] = brush->voxel;
-                }
-            }
-        }
-    }
-}
-
 static inline void world_both_edit(world_pair *pair, const fm_brush *brushes, uint32_t count) {
     CHECK_OK(fm_world_edit(pair->world, brushes, count));
     for (uint32_t i = 0; i < count; i++) {
-        world_model_edit(pair, &brushes[i]);
+        world_brush_edit(&brushes[i], pair->desc.shape, pair->voxels);
     }
 }
 
 // A brush somewhere in or around the world, placing or deleting.
 static inline fm_brush world_random_brush(uint64_t *state, fm_shape shape, uint32_t max_radius) {
     const int32_t size[3] = {(int32_t)shape.x, (int32_t)shape.y, (int32_t)shape.z};
-    fm_brush brush = {.kind = (fm_brush_kind)world_between(state, 0, 2)};
-    brush.voxel = world_between(state, 0, 1) ? (uint32_t)world_random(state) | 1 : 0;
+    fm_brush brush = {.kind = (fm_brush_kind)test_between(state, 0, 2)};
+    brush.voxel = test_between(state, 0, 1) ? (uint32_t)test_random(state) | 1 : 0;
     // Solid voxels of colour 0 are solid.
-    brush.voxel = brush.voxel && world_between(state, 0, 9) == 0 ? 0x100 : brush.voxel;
+    brush.voxel = brush.voxel && test_between(state, 0, 9) == 0 ? 0x100 : brush.voxel;
     for (int i = 0; i < 3; i++) {
-        int32_t margin = world_between(state, 0, 7) == 0 ? (int32_t)max_radius + 3 : 0;
-        brush.from[i] = world_between(state, -margin, size[i] - 1 + margin);
-        brush.to[i] = world_between(state, -margin, size[i] - 1 + margin);
-        if (brush.kind == FM_BRUSH_BOX || world_between(state, 0, 2)) {
-            brush.to[i] = brush.from[i] + world_between(state, -(int32_t)max_radius, (int32_t)max_radius);
+        int32_t margin = test_between(state, 0, 7) == 0 ? (int32_t)max_radius + 3 : 0;
+        brush.from[i] = test_between(state, -margin, size[i] - 1 + margin);
+        brush.to[i] = test_between(state, -margin, size[i] - 1 + margin);
+        if (brush.kind == FM_BRUSH_BOX || test_between(state, 0, 2)) {
+            brush.to[i] = brush.from[i] + test_between(state, -(int32_t)max_radius, (int32_t)max_radius);
         }
     }
-    brush.radius = (uint32_t)world_between(state, 0, (int32_t)max_radius);
+    brush.radius = (uint32_t)test_between(state, 0, (int32_t)max_radius);
     return brush;
 }
 

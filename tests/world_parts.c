@@ -1,49 +1,14 @@
 // SPDX-License-Identifier: MIT
 // Brushes against their definition, voxel by voxel: random ones in small worlds, and positions and radii at the limits.
 
-#include "cases.h"
-#include "check.h"
-
 #include "world/brush.h"
+#include "world_common.h"
 
 #include <math.h>
 #include <string.h>
 
-__extension__ typedef __int128 wide;
-
-static wide square(wide a) {
-    return a * a;
-}
-
-// By the public comments, in integers that cannot overflow.
-static bool defined_covers(const fm_brush *brush, const int64_t at[3]) {
-    const wide radius = brush->radius > FM_MAX_RADIUS ? FM_MAX_RADIUS : brush->radius;
-    wide from2 = 0, to2 = 0, along = 0, length2 = 0;
-    bool between = true;
-    for (int i = 0; i < 3; i++) {
-        const int64_t a = brush->from[i], b = brush->to[i];
-        between = between && at[i] >= (a < b ? a : b) && at[i] <= (a < b ? b : a);
-        from2 += square((wide)at[i] - a);
-        to2 += square((wide)at[i] - b);
-        along += ((wide)at[i] - a) * ((wide)b - a);
-        length2 += square((wide)b - a);
-    }
-    switch (brush->kind) {
-    case FM_BRUSH_BOX:
-        return between;
-    case FM_BRUSH_SPHERE:
-        return from2 <= square(radius);
-    default:
-        break;
-    }
-    if (along <= 0 || along >= length2) {
-        return (along <= 0 ? from2 : to2) <= square(radius);
-    }
-    return from2 * length2 - square(along) <= square(radius) * length2;
-}
-
 // The distance to a segment in floating point: a capsule is what lies within the radius.
-static double segment_distance(const fm_brush *brush, const int64_t at[3]) {
+static double segment_distance(const fm_brush *brush, const int32_t at[3]) {
     double along = 0, length2 = 0, sum = 0;
     for (int i = 0; i < 3; i++) {
         const double d = (double)brush->to[i] - brush->from[i];
@@ -58,11 +23,11 @@ static double segment_distance(const fm_brush *brush, const int64_t at[3]) {
     return sqrt(sum);
 }
 
-static bool check_voxel(const fm_brush *brush, const fm_gpu_brush *prepared, bool reaches, const int64_t at[3]) {
-    const bool wanted = defined_covers(brush, at);
-    const bool has = reaches && fm_brush_covers(prepared, (int32_t)at[0], (int32_t)at[1], (int32_t)at[2]);
+static bool check_voxel(const fm_brush *brush, const fm_gpu_brush *prepared, bool reaches, const int32_t at[3]) {
+    const bool wanted = world_covers(brush, at);
+    const bool has = reaches && fm_brush_covers(prepared, at[0], at[1], at[2]);
     int32_t begin = 0, end = 0;
-    const bool row = reaches && fm_brush_rows(prepared, (int32_t)at[1], (int32_t)at[1] + 1, (int32_t)at[2], &begin, &end);
+    const bool row = reaches && fm_brush_rows(prepared, at[1], at[1] + 1, at[2], &begin, &end);
     const bool in_row = row && at[0] >= begin && at[0] < end;
     bool good = CHECK(has == wanted) && CHECK(!wanted || in_row);
     if (brush->kind != FM_BRUSH_LINE) {
@@ -74,7 +39,7 @@ static bool check_voxel(const fm_brush *brush, const fm_gpu_brush *prepared, boo
     if (!good) {
         fprintf(stderr, "    kind %d, %d %d %d to %d %d %d, radius %u, voxel %d %d %d: %d, wanted %d, row %d to %d\n",
                 (int)brush->kind, brush->from[0], brush->from[1], brush->from[2], brush->to[0], brush->to[1], brush->to[2],
-                brush->radius, (int)at[0], (int)at[1], (int)at[2], has, wanted, begin, end);
+                brush->radius, at[0], at[1], at[2], has, wanted, begin, end);
     }
     return good;
 }
@@ -104,18 +69,14 @@ static bool check_brush(const fm_brush *brush, fm_shape shape) {
         return false;
     }
     bool good = !reaches || check_bundles(&prepared, shape);
-    for (int64_t z = 0; z < shape.z && good; z++) {
-        for (int64_t y = 0; y < shape.y; y++) {
-            for (int64_t x = 0; x < shape.x; x++) {
-                good = check_voxel(brush, &prepared, reaches, (const int64_t[3]){x, y, z}) && good;
+    for (int32_t z = 0; z < (int32_t)shape.z && good; z++) {
+        for (int32_t y = 0; y < (int32_t)shape.y; y++) {
+            for (int32_t x = 0; x < (int32_t)shape.x; x++) {
+                good = check_voxel(brush, &prepared, reaches, (const int32_t[3]){x, y, z}) && good;
             }
         }
     }
     return good;
-}
-
-static int32_t pick(uint64_t *seed, int32_t low, int32_t high) {
-    return low + (int32_t)(test_random(seed) % (uint64_t)((int64_t)high - low + 1));
 }
 
 static void test_random_brushes(void) {
@@ -123,10 +84,10 @@ static void test_random_brushes(void) {
     uint64_t seed = 5;
     for (int i = 0; i < 3000; i++) {
         const int32_t outside = i % 3 ? 8 : 40;
-        fm_brush brush = {.kind = (fm_brush_kind)(i % 3), .radius = (uint32_t)pick(&seed, 0, i % 5 ? 6 : 60)};
+        fm_brush brush = {.kind = (fm_brush_kind)(i % 3), .radius = (uint32_t)test_between(&seed, 0, i % 5 ? 6 : 60)};
         for (int axis = 0; axis < 3; axis++) {
-            brush.from[axis] = pick(&seed, -outside, 12 + outside);
-            brush.to[axis] = i % 7 ? pick(&seed, -outside, 12 + outside) : brush.from[axis];
+            brush.from[axis] = test_between(&seed, -outside, 12 + outside);
+            brush.to[axis] = i % 7 ? test_between(&seed, -outside, 12 + outside) : brush.from[axis];
         }
         if (!check_brush(&brush, shape)) {
             return;
@@ -159,8 +120,8 @@ static void test_long_lines(void) {
     for (int i = 0; i < 4000; i++) {
         fm_brush brush = {.kind = FM_BRUSH_LINE, .radius = radii[i % 6]};
         for (int axis = 0; axis < 3; axis++) {
-            brush.from[axis] = i % 2 ? pick(&seed, -8192, 24575) : (pick(&seed, 0, 1) ? -8192 : 24575);
-            brush.to[axis] = i % 2 ? pick(&seed, -8192, 24575) : (pick(&seed, 0, 1) ? -8192 : 24575);
+            brush.from[axis] = i % 2 ? test_between(&seed, -8192, 24575) : (test_between(&seed, 0, 1) ? -8192 : 24575);
+            brush.to[axis] = i % 2 ? test_between(&seed, -8192, 24575) : (test_between(&seed, 0, 1) ? -8192 : 24575);
         }
         fm_gpu_brush prepared;
         bool reaches;
@@ -169,12 +130,12 @@ static void test_long_lines(void) {
         }
         for (int k = 0; k < 20; k++) {
             // Half of them near the line.
-            const double t = pick(&seed, 0, 1000) / 1000.0;
-            int64_t at[3];
+            const double t = test_between(&seed, 0, 1000) / 1000.0;
+            int32_t at[3];
             for (int axis = 0; axis < 3; axis++) {
                 const double place = brush.from[axis] + t * ((double)brush.to[axis] - brush.from[axis]);
-                const int64_t near = (int64_t)lround(place) + pick(&seed, -6, 6);
-                at[axis] = k % 2 ? pick(&seed, 0, 16383) : near < 0 ? 0 : near > 16383 ? 16383 : near;
+                const int32_t near = (int32_t)lround(place) + test_between(&seed, -6, 6);
+                at[axis] = k % 2 ? test_between(&seed, 0, 16383) : near < 0 ? 0 : near > 16383 ? 16383 : near;
             }
             check_voxel(&brush, &prepared, reaches, at);
         }
