@@ -77,10 +77,10 @@ FM_API fm_result fm_renderer_create(fm_context *context, fm_renderer **renderer)
 FM_API void fm_renderer_destroy(fm_renderer *renderer);  // waits for the work in flight; NULL is ignored
 
 // Renders a world as it is after its newest update, whatever its format, borders and exactness; asynchronous on Vulkan, complete at
-// `ticket` (NULL: waits). The world belongs to the renderer's context and has been updated once: before that, it shows anything.
-// All voxels nearer to a voxel than its Manhattan distance are air, and so are those nearer than its Euclidean distance rounded up,
-// for the Manhattan distance is never the smaller one: so FM_FIELD_SQUARED_U32 is marched by the root, rounded up. Passes: "beam"
-// (Vulkan: how far all rays of 8 x 8 pixels can go at once) and "march". Errors: FM_ERROR_INVALID_ARGUMENT,
+// `ticket` (NULL: waits). The world belongs to the renderer's context; before its first update it shows air, but by FM_MARCH_PLAIN
+// anything. All voxels nearer to a voxel than its Manhattan distance are air, and so are those nearer than its Euclidean distance
+// rounded up, for the Manhattan distance is never the smaller one: so FM_FIELD_SQUARED_U32 is marched by the root, rounded up.
+// Passes: "beam" (Vulkan: how far all rays of 8 x 8 pixels can go at once) and "march". Errors: FM_ERROR_INVALID_ARGUMENT,
 // FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST.
 FM_API fm_result fm_render(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, fm_ticket *ticket);
 

@@ -168,7 +168,8 @@ FM_API fm_result fm_world_save(fm_world *world, fm_volume *volume);
 // NULL: waits), except under FM_CONVERGE_HOST, which waits for each iteration as published. Nothing queued and nothing dirty: does
 // nothing and gives the ticket of the newest update. Kernels that read the field while an update is in flight must be ordered by
 // the ticket; work on the same queue is. At most three updates are in flight: the fourth waits for the first. Edits that fill more
-// than one batch (2^20 pairs of an edit and eight rows that it touches) make EXACT on Vulkan regenerate everything.
+// than one batch (2^20 pairs of an edit and eight rows that it touches) make EXACT on Vulkan regenerate everything, and may wait
+// for each other.
 // Errors: FM_ERROR_INVALID_ARGUMENT for a NULL world; FM_ERROR_OUT_OF_HOST_MEMORY; FM_ERROR_OUT_OF_DEVICE_MEMORY (what is uploaded,
 // and the scratch memory of chunked algorithms); FM_ERROR_RANGE for more than 2^32 - 1 pairs as above; FM_ERROR_UNSUPPORTED for
 // more chunks, blocks of 8 x 8 x 8 or work groups than 32 bits count, and for FM_WORLD_BRUTE_FORCE in a domain of more than 2^32
