@@ -19,8 +19,10 @@ static void forget(edit_history *h, uint32_t first, uint32_t count) {
         h->bytes -= h->steps[i].bytes;
         free(h->steps[i].before);
     }
-    memmove(h->steps + first, h->steps + first + count, (h->count - first - count) * sizeof *h->steps);
-    h->count -= count;
+    if (count > 0) {
+        memmove(h->steps + first, h->steps + first + count, (h->count - first - count) * sizeof *h->steps);
+        h->count -= count;
+    }
 }
 
 void edit_clear(edit_history *h) {

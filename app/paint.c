@@ -43,6 +43,7 @@ typedef struct paint {
     fm_camera camera;
     bool panel;
     auto_run run;
+    bool begun;   // the benchmark, with the second picture: the first pays for pipelines and memory
     bool drawn;   // the context's newest operation is a picture
     bool edited;  // since the newest update
     uint32_t edits;
@@ -109,7 +110,7 @@ static void world_changed(paint *p, const char *event) {
     p->settings.slice_index = (int32_t)(p->settings.slice_axis == 2 ? p->stage.shape.z : p->stage.shape.x) / 2;
     p->active = p->settings;
     p->edited = true;
-    p->readings.field_ms.count = 0;
+    readings_clear(&p->readings.field_ms);
     log_voxels(p, event);
 }
 
@@ -236,8 +237,9 @@ static void apply_settings(paint *p) {
     if (memcmp(&s->method, &p->active.method, sizeof s->method) != 0) {
         if (stage_set_method(&p->stage, s)) {
             p->edited = true;
-            p->readings.field_ms.count = 0;
+            readings_clear(&p->readings.field_ms);
             p->readings.wrong_share = -1;
+            readings_clear(&p->readings.wrong);
         } else {
             say_library(p, "algorithm");
             s->method = p->active.method;
@@ -360,6 +362,9 @@ static void judge(paint *p) {
     p->drawn = false;
     p->readings.wrong_share =
         stage_wrong_share(&p->stage, &p->active, &p->camera, (double)p->readings.width / (double)p->readings.height);
+    if (p->readings.wrong_share >= 0) {
+        readings_add(&p->readings.wrong, 100 * p->readings.wrong_share);
+    }
     if (before != p->readings.wrong_share) {
         log_event("wrong %.6f", p->readings.wrong_share);
     }
@@ -375,6 +380,7 @@ static void read_state(paint *p) {
     r->edits_per_second = recent;
     r->frames_per_second = 0.9 * r->frames_per_second + 0.1 / fmax(p->now - p->last, 1e-6);
     readings_add(&r->frame_ms, (p->now - p->last) * 1e3);
+    readings_add(&r->edits, r->edits_per_second);
     r->undo = p->history.at;
     r->redo = p->history.count - p->history.at;
     r->history_bytes = p->history.bytes;
@@ -467,8 +473,11 @@ static void frame(paint *p, double *field_ms) {
     if (p->drawn && measure_newest(p->context, &march_ms)) {
         readings_add(&p->readings.march_ms, march_ms);
     }
-    if (p->readings.automatic && p->drawn) {
+    if (p->begun && p->drawn) {
         record(p, *field_ms, march_ms);
+    } else if (p->readings.automatic && p->drawn) {
+        p->begun = true;
+        auto_begin(&p->run, &p->options->benchmark, p->stage.shape, p->now * 1e3);
     }
     p->edits = 0;
     read_state(p);
@@ -481,7 +490,9 @@ static void frame(paint *p, double *field_ms) {
     apply_settings(p);
     if (p->readings.automatic) {
         p->camera = auto_camera(&p->run, p->now * 1e3);
-        automatic_edits(p);
+        if (p->begun) {
+            automatic_edits(p);
+        }
     } else {
         move(p, &input);
         *field_ms = update(p);

@@ -20,8 +20,15 @@ static inline void readings_add(readings_graph *graph, double value) {
     graph->count += graph->count < READINGS_GRAPH;
 }
 
+static inline void readings_clear(readings_graph *graph) {
+    graph->next = graph->count = 0;
+}
+
 typedef struct readings {
-    readings_graph frame_ms, march_ms, field_ms;  // the last one by update
+    readings_graph frame_ms, march_ms;
+    readings_graph field_ms;  // by update
+    readings_graph edits;     // a second, by frame
+    readings_graph wrong;     // percent of the pixels, whenever they are counted
     double frames_per_second, edits_per_second;
     bool may_be_wrong;   // the method is approximate
     double wrong_share;  // of pixels; -1: not known

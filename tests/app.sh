@@ -134,4 +134,12 @@ xdotool key F1
 expect "F1" '^widget scene '
 
 end_program
+
+# The benchmark in a window ends by itself.
+: >"$log"
+(cd "$work" && exec "$paint" --log "$log" --validation --size 32 --pixels 4 --auto-edit 5 --interval 0 --frames 20 --csv frames.csv \
+    --backend "${APP_BACKEND:-vulkan}") >"$work/said" 2>&1 || bad "the benchmark: $(cat "$work/said")"
+grep -q '^20 frames, 20 edits, seed 5, an edit a frame$' "$work/said" || bad "the summary: $(cat "$work/said")"
+[ "$(wc -l <"$work/frames.csv")" = 21 ] || bad "the table of 20 frames has $(wc -l <"$work/frames.csv") lines"
+grep -q '^quit validation 0$' "$log" || bad "validation messages: $(grep -m 3 validation "$work/said")"
 finish

@@ -48,8 +48,10 @@ for convergence in host device; do
 done
 choose border padding border
 choose algorithm jfa-published algorithm
-choose border halo border
 now
+before=$mark
+choose border halo border
+mark=$before
 expect "the share of wrong pixels" '^wrong '
 sleep 1
 picture approximate

@@ -136,47 +136,59 @@ float graph_top(const readings_graph &graph) {
     return 10 * power;
 }
 
-// Values that come now and then stand alone, as `stems`; others are joined.
-void draw_graph(const char *title, const readings_graph &graph, float mark_ms, bool stems) {
-    const ImVec2 at = ImGui::GetCursorScreenPos(), size(ImGui::GetContentRegionAvail().x, ImGui::GetFontSize() * 4.2f);
-    ImGui::Dummy(size);
-    ImDrawList *list = ImGui::GetWindowDrawList();
-    const ImVec2 end(at.x + size.x, at.y + size.y);
-    const float top = graph_top(graph), head = ImGui::GetFontSize() * 1.25f;
-    const auto height = [&](float value) { return end.y - 2 - (size.y - head - 2) * fminf(value / top, 1); };
-    list->AddRectFilled(at, end, IM_COL32(0, 0, 0, 110), 3);
-    list->AddLine(ImVec2(at.x, height(top)), ImVec2(end.x, height(top)), IM_COL32(255, 255, 255, 35));
-    list->AddLine(ImVec2(at.x, height(top / 2)), ImVec2(end.x, height(top / 2)), IM_COL32(255, 255, 255, 20));
-    if (mark_ms > 0 && mark_ms < top) {
-        list->AddLine(ImVec2(at.x, height(mark_ms)), ImVec2(end.x, height(mark_ms)), IM_COL32(120, 230, 140, 110));
-    }
-    float sum = 0, most = 0;
+struct graph_look {
+    const char *title, *unit;
+    float mark;  // a line is drawn at this value; 0: none
+    bool stems;  // values that come now and then stand alone; others are joined
+};
+
+void draw_values(ImDrawList *list, const readings_graph &graph, const ImVec2 &at, const ImVec2 &end, float top, bool stems) {
     ImVec2 last;
     for (uint32_t i = 0; i < graph.count; i++) {
-        const uint32_t place = (graph.next + READINGS_GRAPH - graph.count + i) % READINGS_GRAPH;
-        const float value = graph.values[place];
+        const float value = graph.values[(graph.next + READINGS_GRAPH - graph.count + i) % READINGS_GRAPH];
         const float right = static_cast<float>(READINGS_GRAPH - graph.count + i) / (READINGS_GRAPH - 1);
-        const ImVec2 point(at.x + size.x * right, height(value));
+        const ImVec2 point(at.x + (end.x - at.x) * right, end.y - (end.y - at.y) * fminf(value / top, 1));
         if (stems || i > 0) {
-            list->AddLine(stems ? ImVec2(point.x, end.y - 2) : last, point, line_color, 1.5f);
+            list->AddLine(stems ? ImVec2(point.x, end.y) : last, point, line_color, 1.5f);
         }
         last = point;
+    }
+}
+
+// The newest value and the mean above the curve, all values' range when the mouse is over it.
+void draw_graph(const graph_look &look, const readings_graph &graph) {
+    ImGui::TableNextColumn();
+    const float line = ImGui::GetFontSize();
+    const ImVec2 at = ImGui::GetCursorScreenPos(), size(ImGui::GetContentRegionAvail().x, line * 3.9f);
+    ImGui::Dummy(size);
+    ImDrawList *list = ImGui::GetWindowDrawList();
+    const ImVec2 end(at.x + size.x, at.y + size.y), low(end.x, end.y - 2), high(at.x, at.y + line * 1.3f);
+    const float top = graph_top(graph);
+    list->AddRectFilled(at, end, IM_COL32(0, 0, 0, 110), 3);
+    list->AddLine(high, ImVec2(end.x, high.y), IM_COL32(255, 255, 255, 35));
+    if (look.mark > 0 && look.mark < top) {
+        const float y = low.y - (low.y - high.y) * look.mark / top;
+        list->AddLine(ImVec2(at.x, y), ImVec2(end.x, y), IM_COL32(120, 230, 140, 110));
+    }
+    draw_values(list, graph, high, low, top, look.stems);
+    double sum = 0, most = 0;
+    for (uint32_t i = 0; i < graph.count; i++) {
+        const double value = static_cast<double>(graph.values[i]);
         sum += value;
-        most = fmaxf(most, value);
+        most = fmax(most, value);
     }
+    const double newest = static_cast<double>(graph.values[(graph.next + READINGS_GRAPH - 1) % READINGS_GRAPH]);
     char text[96];
-    if (graph.count) {
-        const float newest = graph.values[(graph.next + READINGS_GRAPH - 1) % READINGS_GRAPH];
-        snprintf(text, sizeof text, "%s  %.3g ms   mean %.3g   most %.3g", title, static_cast<double>(newest),
-                 static_cast<double>(sum) / graph.count, static_cast<double>(most));
-    } else {
-        snprintf(text, sizeof text, "%s  -", title);
-    }
-    list->AddText(ImVec2(at.x + 5, at.y + 1), ImGui::GetColorU32(ImGuiCol_Text), text);
+    snprintf(text, sizeof text, graph.count ? "%s %.3g, mean %.3g %s" : "%s -", look.title, newest, sum / fmax(graph.count, 1),
+             look.unit);
+    list->AddText(ImVec2(at.x + 4, at.y + 1), ImGui::GetColorU32(ImGuiCol_Text), text);
     char scale[32];
     snprintf(scale, sizeof scale, "%g", static_cast<double>(top));
-    const ImVec2 scale_size = ImGui::CalcTextSize(scale);
-    list->AddText(ImVec2(end.x - scale_size.x - 4, height(top) + 1), IM_COL32(255, 255, 255, 120), scale);
+    list->AddText(ImVec2(end.x - ImGui::CalcTextSize(scale).x - 3, high.y), IM_COL32(255, 255, 255, 110), scale);
+    if (ImGui::IsItemHovered() && graph.count) {
+        ImGui::SetTooltip("%s: newest %.4g, mean %.4g, most %.4g %s of the last %u", look.title, newest, sum / graph.count, most,
+                          look.unit, graph.count);
+    }
 }
 
 const char *bytes_text(uint64_t bytes, char text[32]) {
@@ -404,6 +416,19 @@ void show_numbers(const readings *r) {
     }
 }
 
+void show_graphs(const readings *r) {
+    if (begin_pair()) {
+        draw_graph({"frame", "ms", 1000.0f / 60, false}, r->frame_ms);
+        draw_graph({"march", "ms", 0, false}, r->march_ms);
+        draw_graph({"field", "ms", 0, true}, r->field_ms);
+        draw_graph({"edits", "/s", 0, false}, r->edits);
+        if (r->may_be_wrong) {
+            draw_graph({"wrong", "%", 0, false}, r->wrong);
+        }
+        ImGui::EndTable();
+    }
+}
+
 // Returns where its right side is.
 float show_panel(paint_settings *s, const readings *r, gui_request *request) {
     const float width = ImGui::GetFontSize() * 26;
@@ -425,9 +450,7 @@ float show_panel(paint_settings *s, const readings *r, gui_request *request) {
         show_picture(s);
     }
     if (ImGui::CollapsingHeader("Times", open)) {
-        draw_graph("frame", r->frame_ms, 1000.0f / 60, false);
-        draw_graph("march", r->march_ms, 0, false);
-        draw_graph("field", r->field_ms, 0, true);
+        show_graphs(r);
     }
     const bool memory = ImGui::CollapsingHeader("Memory", open);
     note("memory");
