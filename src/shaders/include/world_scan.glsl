@@ -70,9 +70,10 @@ void store_packed_field(uint64_t element, uint x, quad_t q) {
     uvec4 v = values_of(q);
     if (QUADS) {
         bvec4 solid = equal(v, uvec4(0));
-        if (!all(solid)) {
-            uvec4 entries = v << 24;
-            ref_u32x4(to).v = any(solid) ? mix(entries, ref_u32x4(to).v, solid) : entries;
+        if (!any(solid)) {
+            ref_u32x4(to).v = v << 24;
+        } else if (!all(solid)) {
+            ref_u32x4(to).v = mix(v << 24, ref_u32x4(to).v, solid);
         }
         return;
     }
