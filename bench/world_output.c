@@ -84,8 +84,8 @@ static void csv_case(FILE *stream, const bench_world_result *result) {
     bench_csv_text(stream, what->start);
     fprintf(stream, ",%" PRIu64 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%s,%s,%s,%s,%" PRIu32 ",%s,%s,%" PRIu32,
             what->scene_desc.seed, shape.x, shape.y, shape.z, fm_field_format_words[what->desc.format],
-            fm_world_algorithm_words[method->algorithm], fm_world_algorithm_words[method->near_algorithm],
-            fm_world_algorithm_words[method->far_algorithm], method->chunk, fm_world_border_words[method->border],
+            fm_world_algorithm_words[method->algorithm], part_of(method, method->near_algorithm),
+            part_of(method, method->far_algorithm), method->chunk, fm_world_border_words[method->border],
             fm_world_convergence_words[method->convergence], method->focus_chunks);
     fprintf(stream, ",%" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu64, what->edits.per_update, what->edits.least_radius,
             what->edits.greatest_radius, what->edits.seed);

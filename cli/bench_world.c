@@ -258,11 +258,6 @@ static int run(const world_plan *plan) {
         out.measured = false;
     }
     const bool worth = out.measured;
-    if (status == CLI_DONE && !out.measured) {
-        status =
-            cli_usage("bench world: no algorithm of the list can do that: exchange is for fim, jfa-fim and selective of these, "
-                      "squared for exact");
-    }
     status = table_end(&out.csv, worth, status);
     status = table_end(&out.frames, worth, status);
     status = table_end(&json, worth, status);
