@@ -294,7 +294,7 @@ static void set_round(chunk_job *job, uint32_t round) {
     job->push.stamp = ++own->stamp;
     job->push.first = round;
     job->push.counted =
-        fm_buffer_address(job->world->gpu->flights[job->world->gpu->flight].readback) + 4 * (uint64_t)FM_COUNTED_CHUNKS;
+        fm_buffer_address(job->world->gpu->flights[job->world->gpu->next].readback) + 4 * (uint64_t)FM_COUNTED_CHUNKS;
 }
 
 // Relaxes all blocks of the batch once, then those that rounds list. `seeded`: distances are there already.

@@ -38,6 +38,16 @@ static void destroy(fm_world *world, fm_host_world *host) {
     fm_free(&world->context->allocator, host, sizeof *host);
 }
 
+// All is air, at the largest distance.
+static void fill_rows(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
+    (void)worker;
+    fm_world *world = user;
+    const uint32_t cap = fm_world_cap(&world->desc);
+    for (uint64_t i = begin * world->desc.shape.x; i < end * world->desc.shape.x; i++) {
+        fm_host_set_distance(world, i, cap);
+    }
+}
+
 // Systems promise more memory than they have: what is there is asked for first.
 static fm_result check_memory(const fm_world *world, const fm_host_world *host) {
     uint64_t needed = host->voxel_bytes + host->bits_bytes + host->field_bytes;
@@ -79,6 +89,7 @@ fm_result fm_host_world_create(fm_world *world, fm_host_world **result) {
     }
     host->colors = format == FM_FIELD_PACKED ? NULL : (uint8_t *)host->field + plane;
     *result = host;
+    fm_pool_run(world->context->pool, (uint64_t)shape.y * shape.z, 16, fill_rows, world);
     return FM_OK;
 }
 

@@ -178,10 +178,13 @@ static fm_result save_colors(fm_world *world, fm_volume *volume) {
     }
     void *piece;
     FM_TRY(fm_context_scratch(world->context, most * sizeof(uint32_t), &piece));
-    FM_TRY(fm_volume_set_palette(volume, palette));
     for (uint64_t first = 0; first < all; first += most) {
         const uint64_t count = fm_min_u64(most, all - first);
         FM_TRY(fm_world_get(world, first, piece, count));
+        if (first == 0) {
+            // What can fail other than a device has been done: until here the volume is as it was.
+            FM_TRY(fm_volume_set_palette(volume, palette));
+        }
         const uint32_t *voxels = piece;
         uint8_t *out = (uint8_t *)volume->data + first;
         for (uint64_t i = 0; i < count; i++) {

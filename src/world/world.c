@@ -214,7 +214,7 @@ static fm_result carry_out(fm_world *world) {
         return FM_OK;
     }
     if (world->desc.method.algorithm != FM_WORLD_EXACT) {
-        FM_TRY(fm_chunks_plan(world, job.full ? NULL : touched, touched_count, &job));
+        FM_TRY(fm_chunks_plan(world, touched, touched_count, &job));
     }
     return world->gpu ? fm_gpu_world_update(world, &job) : fm_host_world_update(world, &job);
 }

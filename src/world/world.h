@@ -82,8 +82,8 @@ bool fm_queue_empty(const fm_world_queue *queue);
 fm_result fm_queue_job(fm_world_queue *queue, fm_world_job *job, const fm_box **touched, uint32_t *touched_count);
 void fm_queue_clear(fm_world_queue *queue);
 
-// chunks.c: the domains of a chunked method that boxes of edits make dirty (NULL: all), and those that a moved focus does. They
-// live until the next call.
+// chunks.c: the domains of a chunked method that boxes of edits make dirty (all when job->full), and those that a moved focus
+// does. They live until the next call.
 fm_result fm_chunks_plan(fm_world *world, const fm_box *touched, uint32_t touched_count, fm_world_job *job);
 void fm_chunks_destroy(fm_world *world);
 
