@@ -6,9 +6,9 @@
 #include "lists.glsl"
 #include "brush.glsl"
 
-// Edits of a world, and what follows from them in a row: voxels, site bits, carries, and the field's entries of solid voxels. A group
-// owns 8 rows of a slice, LISTED a bundle's, of which it looks at a range of x; 32 invocations share a row. Reads 4 bytes a voxel,
-// writes 4 a solid one and 3/8 for bits and carries.
+// Edits of a world, and what follows from them in a row: voxels, site bits, carries, and the field's entries of solid voxels. A
+// group owns 8 rows of a slice, LISTED a bundle's, of which it looks at a range of x; 32 invocations share a row. Reads 4 bytes a
+// voxel, writes 4 a solid one and 3/8 for bits and carries.
 
 layout(local_size_x = 256) in;
 layout(constant_id = 0) const uint FORMAT = FM_GPU_PACKED;
