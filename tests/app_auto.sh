@@ -52,7 +52,7 @@ grep -q -e '--headless' "$work/out" || bad "a missing window system is not expla
 
 if benchmark vulkan --backend vulkan --auto-edit 7 --validation; then
     cmp -s "$work/cpu.png" "$work/vulkan.png" || bad "the backends' pictures differ"
-elif ! grep -q 'FM_ERROR_NO_DEVICE\|no Vulkan\|device' "$work/vulkan.err"; then
+elif ! grep -q '^fathom: no usable Vulkan device\|^fathom: no Vulkan' "$work/vulkan.err"; then
     bad "on Vulkan: $(cat "$work/vulkan.err")"
 fi
 if [ "$failures" -gt 0 ]; then
