@@ -64,21 +64,16 @@ uvec4 values_of(quad_t q) {
     return uvec4(quad_value(q, 0), quad_value(q, 1), quad_value(q, 2), quad_value(q, 3));
 }
 
-// Solid voxels keep their entries, which hold their colour.
+// Solid voxels keep their entries, which hold their colour. Loading those to store whole quads would make every row wait.
 void store_packed_field(uint64_t element, uint x, quad_t q) {
     fm_address to = push.distance + element * 4;
     uvec4 v = values_of(q);
-    if (QUADS) {
-        bvec4 solid = equal(v, uvec4(0));
-        if (!any(solid)) {
-            ref_u32x4(to).v = v << 24;
-        } else if (!all(solid)) {
-            ref_u32x4(to).v = mix(v << 24, ref_u32x4(to).v, solid);
-        }
+    if (QUADS && all(notEqual(v, uvec4(0)))) {
+        ref_u32x4(to).v = v << 24;
         return;
     }
-    [[dont_unroll]] for (uint i = 0; i < min(4, push.x - x); i++) {
-        if (v[i] != 0) {
+    [[unroll]] for (uint i = 0; i < 4; i++) {
+        if (v[i] != 0 && (QUADS || x + i < push.x)) {
             ref_u32(to + 4 * i).v = v[i] << 24;
         }
     }
