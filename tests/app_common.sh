@@ -23,7 +23,7 @@ end_all() {
     rm -rf "$work"
 }
 trap end_all EXIT
-trap 'exit 1' INT TERM
+trap 'exit 1' HUP INT PIPE TERM
 
 bad() {
     echo "failed: $*" >&2
