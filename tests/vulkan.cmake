@@ -3,7 +3,7 @@ if(NOT FATHOM_VULKAN)
     return()
 endif()
 fathom_test(vulkan_context vulkan_context.c)
-add_test(NAME vulkan_oracle COMMAND test_transform_oracle --backend vulkan --stride 7 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+add_test(NAME vulkan_oracle COMMAND test_transform_oracle --backend vulkan --stride 13 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
 set_tests_properties(vulkan_oracle PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1200)
 # The kernel that only large grids take by themselves.
 add_test(NAME vulkan_oracle_halve COMMAND test_transform_oracle --backend vulkan --stride 31 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})

@@ -13,9 +13,9 @@ enum { FM_MAX_PASSES = 128 };
 typedef enum fm_purpose {
     FM_PURPOSE_VOLUMES = 0,
     FM_PURPOSE_SCRATCH,
-    FM_PURPOSE_VOXELS,    // of a world: device memory, mapped where the host reaches all of the device's memory
-    FM_PURPOSE_FIELD,     // of a world
-    FM_PURPOSE_UPDATE,    // of a world: what its updates keep
+    FM_PURPOSE_VOXELS,  // of a world: device memory, mapped where the host reaches all of the device's memory
+    FM_PURPOSE_FIELD,   // of a world
+    FM_PURPOSE_UPDATE,  // of a world: what its updates keep
     FM_PURPOSE_PICTURES,
     FM_PURPOSE_STAGING,   // from here on of devices only, and always mapped
     FM_PURPOSE_UPLOAD,    // little that the host writes often: device memory where that can be mapped
