@@ -37,6 +37,7 @@ struct fm_gpu_chunks {
     uint64_t wait_ns;
     uint64_t chunks;
     uint32_t iterations;  // counted by the host; the device counts its rounds from there
+    fm_ticket before;     // world->newest when the newest update was recorded
 };
 
 typedef struct chunk_job {
@@ -75,6 +76,12 @@ void fm_gpu_chunks_destroy(fm_world *world) {
     }
 }
 
+// The next update clears the lists: what should have cleared them may never have run.
+static void forget_lists(struct fm_gpu_chunks *own) {
+    own->next_header = HEADERS;
+    own->stamp = 0;
+}
+
 static fm_result create_headers(fm_world *world, struct fm_gpu_chunks *own) {
     const fm_allocator *allocator = &world->context->allocator;
     const uint64_t bytes = (uint64_t)HEADERS * FM_LIST_HEADER_BYTES;
@@ -90,13 +97,14 @@ static fm_result create_headers(fm_world *world, struct fm_gpu_chunks *own) {
         status = fm_buffer_upload_at(own->headers, bytes, clear, bytes);
     }
     fm_free(allocator, clear, bytes);
-    own->next_header = HEADERS;  // the first use clears them
+    forget_lists(own);
     return status;
 }
 
 fm_result fm_gpu_chunks_prepare(fm_world *world) {
     fm_gpu_world *gpu_world = world->gpu;
     if (gpu_world->chunks) {
+        forget_lists(gpu_world->chunks);
         return FM_OK;
     }
     struct fm_gpu_chunks *own = fm_alloc_zero(&world->context->allocator, sizeof *own, "a world's chunks");
@@ -609,6 +617,10 @@ fm_result fm_gpu_chunks_update(fm_world *world, const fm_world_job *all, fm_slot
     const fm_world_method *method = &world->desc.method;
     fm_shape shape = world->desc.shape;
     struct fm_gpu_chunks *own = gpu_world->chunks;
+    if (own->before == world->newest) {
+        forget_lists(own);  // that update failed
+    }
+    own->before = world->newest;
     own->wait_ns = 0;
     own->iterations = 0;
     own->chunks = all->domain_count;
@@ -630,13 +642,7 @@ fm_result fm_gpu_chunks_update(fm_world *world, const fm_world_job *all, fm_slot
                                   .row_words = fm_bits_row_words(shape),
                                   .chunk = method->chunk,
                                   .cap = fm_world_cap(&world->desc)}};
-        fm_result status = do_job(&job);
-        if (status != FM_OK) {
-            // What should have cleared them may never run.
-            own->next_header = HEADERS;
-            own->stamp = 0;
-            return status;
-        }
+        return do_job(&job);
     }
     return FM_OK;
 }
