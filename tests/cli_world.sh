@@ -135,6 +135,7 @@ rows = list(csv.DictReader(open("b.csv")))
 assert len(d) == len(rows) == 118
 for r, c in zip(d, rows):
     assert r["failure"] == c["failure"] == "" and r["algorithm"] == c["algorithm"]
+    assert r["near"] == c["near"] and r["far"] == c["far"] and (r["near"] != "") == (r["algorithm"] == "selective")
     assert 1 <= r["frames"] <= 3 and r["update"]["p99_ms"] >= r["update"]["median_ms"] > 0 and r["full"]["runs"] >= 1
     whole = r["whole"]
     assert whole["compared"] >= 500
