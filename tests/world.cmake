@@ -6,7 +6,8 @@ if(NOT BUILD_SHARED_LIBS)
     if(FATHOM_VULKAN)
         add_test(NAME world_chunks_vulkan COMMAND test_world_chunks --backend vulkan WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
         # As on a device whose memory the host does not reach.
-        add_test(NAME world_chunks_staging COMMAND test_world_chunks --short --backend vulkan WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+        add_test(NAME world_chunks_staging COMMAND test_world_chunks --short --backend vulkan
+                 WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
         set_property(TEST world_chunks_staging PROPERTY ENVIRONMENT FATHOM_STAGING=1)
         add_test(NAME world_plan_vulkan COMMAND test_world_plan --backend vulkan WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
         set_tests_properties(world_chunks_vulkan world_chunks_staging world_plan_vulkan PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1200)
