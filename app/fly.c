@@ -5,6 +5,7 @@
 
 static const float radians_a_pixel = 0.0025f;
 static const float steepest = 1.55f;
+static const float farthest = 524288;  // fm_camera takes no more
 
 static float longest(fm_shape shape) {
     const uint32_t xy = shape.x > shape.y ? shape.x : shape.y;
@@ -32,6 +33,7 @@ void fly_by(fly *f, const float look[2], const float move[3]) {
     for (int axis = 0; axis < 3; axis++) {
         f->position[axis] += camera.forward[axis] * move[1];
         f->position[axis] += axis < 2 ? right[axis] * move[0] : move[2];
+        f->position[axis] = fmaxf(-farthest, fminf(farthest, f->position[axis]));
     }
 }
 

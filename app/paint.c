@@ -22,7 +22,7 @@
 #include <string.h>
 
 enum { EDITS_A_FRAME = 64, EDIT_TIMES = 256 };
-static const double judge_every = 0.5;  // seconds
+static const double judge_every = 0.5, again_every = 5;  // seconds
 
 typedef struct paint {
     const options *options;
@@ -46,6 +46,7 @@ typedef struct paint {
     bool begun;   // the benchmark, with the second picture: the first pays for pipelines and memory
     bool drawn;   // the context's newest operation is a picture
     bool edited;  // since the newest update
+    bool broken;  // the newest picture failed
     uint32_t edits;
     double now, last;  // seconds
     double edit_times[EDIT_TIMES];
@@ -81,6 +82,14 @@ static void end_failed(paint *p) {
     p->status = CLI_FAILED;
 }
 
+// A picture that fails is likely to fail again with the next frame: it is said once in a while.
+static void say_no_picture(paint *p, const char *what) {
+    if (!p->broken || p->now - p->said > again_every) {
+        say_library(p, what);
+    }
+    p->broken = true;
+}
+
 static void log_voxels(paint *p, const char *event) {
     uint64_t solid, hash;
     if (log_wanted() && stage_count(&p->stage, &solid, &hash)) {
@@ -93,12 +102,12 @@ static void log_settings(paint *p) {
     const paint_settings *s = &p->settings;
     const fm_world_method *m = &s->method;
     log_event("settings scene=%s size=%ux%ux%u field=%s algorithm=%s chunk=%u border=%s convergence=%s focus=%u march=%s view=%s "
-              "shadow=%s occlusion=%d pixels=%u vsync=%d preview=%d crosshair=%d radius=%u colour=%s file=%s",
+              "shadow=%s occlusion=%d across=%c slice=%d pixels=%u vsync=%d preview=%d crosshair=%d radius=%u colour=%s file=%s",
               paint_scene_name(s->scene), s->shape.x, s->shape.y, s->shape.z, fm_field_format_words[s->format],
               fm_world_algorithm_words[m->algorithm], m->chunk, fm_world_border_words[m->border],
               fm_world_convergence_words[m->convergence], m->focus_chunks, paint_march_words[s->march], paint_view_words[s->view],
-              paint_shadow_words[s->shadow], s->ambient_occlusion, s->scale, s->vsync, s->preview, s->crosshair, s->radius,
-              paint_color_words[s->color], s->path);
+              paint_shadow_words[s->shadow], s->ambient_occlusion, "xyz"[s->slice_axis], s -> slice_index, s -> scale, s -> vsync,
+              s -> preview, s -> crosshair, s -> radius, paint_color_words[s->color], s -> path);
 }
 
 // A new world begins: what belonged to the old one is forgotten.
@@ -107,7 +116,7 @@ static void world_changed(paint *p, const char *event) {
     if (memcmp(&p->active.shape, &p->stage.shape, sizeof p->active.shape) != 0) {
         p->fly = fly_start(p->stage.shape);
     }
-    p->settings.slice_index = (int32_t)(p->settings.slice_axis == 2 ? p->stage.shape.z : p->stage.shape.x) / 2;
+    p->settings.slice_index = (int32_t)paint_slices(&p->settings, p->stage.shape) / 2;
     p->active = p->settings;
     p->edited = true;
     readings_clear(&p->readings.field_ms);
@@ -245,6 +254,7 @@ static void apply_settings(paint *p) {
             s->method = p->active.method;
         }
     }
+    paint_fit(s, p->stage.shape);
     // Scene and shape are the stage's once the world has been made.
     const paint_settings before = p->active;
     p->active = *s;
@@ -316,7 +326,7 @@ static void look_ahead(paint *p) {
     *pick = (fm_pick){0};
     if (fm_render_pick(p->stage.renderer, p->stage.world, &desc, (float)(desc.width / 2), (float)(desc.height / 2), pick) !=
         FM_OK) {
-        say_library(p, "pick");
+        say_no_picture(p, "pick");
         *pick = (fm_pick){0};
     }
     if (before.hit != pick->hit || memcmp(before.voxel, pick->voxel, sizeof before.voxel) != 0 || before.face != pick->face) {
@@ -411,11 +421,14 @@ static bool draw(paint *p, bool *rendered) {
     fm_brush brush = edit_brush(r->pick.voxel, r->pick.face, p->settings.radius, paint_colors[p->settings.color], false);
     desc.preview = p->settings.preview && r->pick.hit && !r->automatic ? &brush : NULL;
     fm_ticket ticket = 0;
-    *rendered = fm_render(p->stage.renderer, p->stage.world, &desc, &ticket) == FM_OK;
+    const fm_result result = fm_render(p->stage.renderer, p->stage.world, &desc, &ticket);
+    *rendered = result == FM_OK;
     if (!*rendered) {
-        say_library(p, "picture");
-        return false;
+        say_no_picture(p, "picture");
+        // The panel goes on without a picture; a benchmark has nothing to measure.
+        return result != FM_ERROR_DEVICE_LOST && !r->automatic && present_end(&p->present, &picture);
     }
+    p->broken = false;
     fm_volume_buffer buffer;
     if (p->timeline) {
         if (fm_renderer_vulkan(p->stage.renderer, &buffer) != FM_OK) {

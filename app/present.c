@@ -202,6 +202,11 @@ static void record_copy(const present *p, VkCommandBuffer commands, const presen
         image_barrier(target, VK_IMAGE_LAYOUT_UNDEFINED, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 0, VK_ACCESS_2_TRANSFER_WRITE_BIT),
     };
     record_barriers(commands, 2, before);
+    if (!picture->buffer) {
+        const VkClearColorValue grey = {.float32 = {0.1f, 0.1f, 0.1f, 1}};
+        vkCmdClearColorImage(commands, target, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &grey, 1, &before[1].subresourceRange);
+        return;
+    }
     const VkImageSubresourceLayers color = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
     const VkBufferImageCopy region = {
         .bufferOffset = picture->offset, .imageSubresource = color, .imageExtent = {picture->width, picture->height, 1}};

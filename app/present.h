@@ -35,7 +35,7 @@ typedef struct present {
     uint32_t width, height;
 } present;
 
-// The pixels: RGBA, 4 bytes each, complete when `timeline` (null: at once) reaches `ticket`.
+// The pixels: RGBA, 4 bytes each, complete when `timeline` (null: at once) reaches `ticket`. No buffer: there is no picture.
 typedef struct present_picture {
     VkBuffer buffer;
     uint64_t offset;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "settings.h"
 
+#include "render/trust.h"
 #include "scenes.h"
 #include "world.h"
 
@@ -39,10 +40,16 @@ const char *paint_scene_name(uint32_t scene) {
 
 bool paint_may_be_wrong(const fm_world_method *chosen) {
     const fm_world_method method = bench_world_method(chosen);
-    const bool floods = (method.algorithm >= FM_WORLD_JFA_PUBLISHED && method.algorithm <= FM_WORLD_JFA_PLUS_2) ||
-                        method.algorithm == FM_WORLD_SELECTIVE;
-    // A chunk that does not know what lies beyond its neighbours takes it for air.
-    return floods || (method.chunk && method.border == FM_BORDER_HALO);
+    return fm_may_be_too_far(&method);
+}
+
+uint32_t paint_slices(const paint_settings *settings, fm_shape shape) {
+    return settings->slice_axis == 0 ? shape.x : settings->slice_axis == 1 ? shape.y : shape.z;
+}
+
+void paint_fit(paint_settings *settings, fm_shape shape) {
+    const int32_t last = (int32_t)paint_slices(settings, shape) - 1;
+    settings->slice_index = settings->slice_index < 0 ? 0 : settings->slice_index > last ? last : settings->slice_index;
 }
 
 fm_render_desc paint_picture(const paint_settings *settings) {

@@ -48,6 +48,11 @@ const char *paint_scene_name(uint32_t scene);
 // Whether a ray that trusts the field of this method may pass through solid voxels.
 bool paint_may_be_wrong(const fm_world_method *method);
 
+// Slices of a world across the axis chosen.
+uint32_t paint_slices(const paint_settings *settings, fm_shape shape);
+// Brings what depends on the world's shape into its range.
+void paint_fit(paint_settings *settings, fm_shape shape);
+
 // The picture that the settings ask for, without camera, size and brush.
 fm_render_desc paint_picture(const paint_settings *settings);
 

@@ -4,6 +4,8 @@
 
 #include "render_common.h"
 
+#include <limits.h>
+
 enum { SIDE = 65, MIDDLE = 32, WORLD = 24 };
 
 static const uint32_t RED = 0xe0, GREEN = 0x1c, GREY = 0x92;
@@ -266,6 +268,106 @@ static void check_sizes(render_stage *s) {
     }
 }
 
+// Before its first update a world shows air, by every march, wherever its memory was before.
+static void check_new_world(fm_context *context, const uint32_t *voxels) {
+    const fm_world_desc world = {.shape = {WORLD, WORLD, WORLD}, .format = FM_FIELD_SPLIT_U8};
+    render_stage s = {0};
+    CHECK(render_open(&s, context, &world, voxels));
+    render_close(&s);
+    const fm_render_desc desc = {.camera = {{12, 12, 20}, {0, 0, -1}, {0, 1, 0}, 40}, .width = 8, .height = 8, .count = true};
+    s.context = context;
+    if (CHECK_OK(fm_world_create(context, &world, &s.world)) && CHECK_OK(fm_renderer_create(context, &s.renderer))) {
+        for (int march = FM_MARCH_SKIP; march <= FM_MARCH_PLAIN; march++) {
+            fm_render_desc own = desc;
+            own.march = (fm_march)march;
+            fm_render_stats stats;
+            CHECK_OK(fm_render(s.renderer, s.world, &own, NULL));
+            CHECK_OK(fm_renderer_stats(s.renderer, &stats));
+            CHECK(stats.rays == 64 && stats.hits == 0);
+        }
+    }
+    render_close(&s);
+}
+
+// More workers than there are rows, and than any table of a fixed size would hold.
+static void check_threads(const uint32_t *voxels) {
+    fm_context *context;
+    render_stage s = {0};
+    if (!CHECK_OK(fm_context_create(&(fm_context_desc){.backend = FM_BACKEND_CPU, .threads = 300}, &context))) {
+        return;
+    }
+    if (render_open(&s, context, &(fm_world_desc){.shape = {WORLD, WORLD, WORLD}}, voxels)) {
+        fm_render_desc desc = down_at(12, 12);
+        desc.height = 1800;
+        desc.count = true;
+        fm_render_stats stats;
+        CHECK_OK(fm_render(s.renderer, s.world, &desc, NULL));
+        CHECK_OK(fm_renderer_stats(s.renderer, &stats));
+        CHECK(stats.rays == SIDE * 1800);
+    }
+    render_close(&s);
+    fm_context_destroy(context);
+}
+
+// Allocations fail from the `fail_at`th on.
+typedef struct failing {
+    unsigned long calls, fail_at;
+} failing;
+
+static void *failing_alloc(void *user, size_t size, size_t alignment) {
+    failing *f = user;
+    return f->calls++ >= f->fail_at ? NULL : aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+}
+
+static void failing_free(void *user, void *memory, size_t size) {
+    (void)user;
+    (void)size;
+    free(memory);
+}
+
+// A picture that fails leaves the one before it, whatever its size.
+static void check_memory_ends(const fm_context_desc *like, const uint32_t *voxels) {
+    failing allocations = {.fail_at = ULONG_MAX};
+    const fm_allocator allocator = {failing_alloc, failing_free, &allocations};
+    fm_context_desc with = *like;
+    with.allocator = &allocator;
+    with.threads = 1;
+    fm_context *context;
+    render_stage s = {0};
+    if (!CHECK_OK(fm_context_create(&with, &context))) {
+        return;
+    }
+    if (render_open(&s, context, &(fm_world_desc){.shape = {WORLD, WORLD, WORLD}}, voxels)) {
+        static const uint32_t sides[][2] = {{300, 8}, {8, 300}};
+        for (int grows = 0; grows < 2; grows++) {
+            fm_render_desc desc = down_at(12, 12), next = desc;
+            desc.width = desc.height = sides[grows][0];
+            next.width = next.height = sides[grows][1];
+            next.view = FM_VIEW_NORMAL;
+            next.count = true;
+            uint8_t *before = render_picture(&s, &desc), *after = calloc(4, (size_t)desc.width * desc.height);
+            fm_result result = FM_ERROR_OUT_OF_HOST_MEMORY;
+            unsigned long failures = 0;
+            for (unsigned long n = 0; before && after && n < 50 && result != FM_OK; n++) {
+                allocations = (failing){.fail_at = n};
+                result = fm_render(s.renderer, s.world, &next, NULL);
+                allocations.fail_at = ULONG_MAX;
+                if (result != FM_OK) {
+                    failures++;
+                    CHECK(result == FM_ERROR_OUT_OF_HOST_MEMORY);
+                    CHECK_OK(fm_renderer_read(s.renderer, after));
+                    CHECK(memcmp(before, after, 4 * (size_t)desc.width * desc.height) == 0);
+                }
+            }
+            CHECK(result == FM_OK && failures >= 2);
+            free(before);
+            free(after);
+        }
+    }
+    render_close(&s);
+    fm_context_destroy(context);
+}
+
 int main(int count, char **arguments) {
     vulkan_options options;
     if (!vulkan_parse(count, arguments, &options)) {
@@ -280,6 +382,10 @@ int main(int count, char **arguments) {
         fm_context_destroy(cpu);
         return vulkan_missing();
     }
+    const fm_context_desc like = {.backend = fm_context_backend(context),
+                                  .device = options.device,
+                                  .validation = context != cpu && !options.no_validation,
+                                  .log = vulkan_log};
     uint32_t *voxels = make_voxels();
     render_stage s;
     if (voxels && render_open(&s, context, &(fm_world_desc){.shape = {WORLD, WORLD, WORLD}, .format = FM_FIELD_SPLIT_U8}, voxels)) {
@@ -292,6 +398,9 @@ int main(int count, char **arguments) {
         check_pick(&s);
         check_edit(&s);
         check_sizes(&s);
+        check_new_world(context, voxels);
+        check_threads(voxels);
+        check_memory_ends(&like, voxels);
         if (CHECK_OK(fm_context_create(&(fm_context_desc){.backend = FM_BACKEND_CPU, .threads = 1}, &other))) {
             check_refusals(&s, other);
             fm_context_destroy(other);

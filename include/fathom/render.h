@@ -77,28 +77,39 @@ FM_API fm_result fm_renderer_create(fm_context *context, fm_renderer **renderer)
 FM_API void fm_renderer_destroy(fm_renderer *renderer);  // waits for the work in flight; NULL is ignored
 
 // Renders a world as it is after its newest update, whatever its format, borders and exactness; asynchronous on Vulkan, complete at
-// `ticket` (NULL: waits). The world belongs to the renderer's context; before its first update it shows air, but by FM_MARCH_PLAIN
-// anything. All voxels nearer to a voxel than its Manhattan distance are air, and so are those nearer than its Euclidean distance
-// rounded up, for the Manhattan distance is never the smaller one: so FM_FIELD_SQUARED_U32 is marched by the root, rounded up.
-// Passes: "beam" (Vulkan: how far all rays of 8 x 8 pixels can go at once) and "march". Errors: FM_ERROR_INVALID_ARGUMENT,
-// FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST.
+// `ticket` (NULL: waits). The world belongs to the renderer's context; before its first update it shows air. All voxels nearer to a
+// voxel than its Manhattan distance are air, and so are those nearer than its Euclidean distance rounded up, for the Manhattan
+// distance is never the smaller one: so FM_FIELD_SQUARED_U32 is marched by the root, rounded up. Passes: "beam" (Vulkan,
+// FM_MARCH_SKIP: how far all rays of 8 x 8 pixels can go at once; not for FM_VIEW_DIFFERENCE, nor where the world's method may give
+// distances that are too great) and "march". Errors: FM_ERROR_INVALID_ARGUMENT, also for NULL but for `ticket`;
+// FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the driver fails. The
+// picture before stays the newest unless the wait for this one is what failed.
 FM_API fm_result fm_render(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, fm_ticket *ticket);
 
-// Copies the newest picture: `width` * `height` RGBA pixels of 8 bits each (sRGB, opaque), top row first. Waits for it.
+// Copies the newest picture: `width` * `height` RGBA pixels of 8 bits each (sRGB, opaque), top row first. Waits for it. Errors:
+// FM_ERROR_INVALID_ARGUMENT for NULL and before the first picture; FM_ERROR_OUT_OF_HOST_MEMORY and FM_ERROR_OUT_OF_DEVICE_MEMORY
+// where the device's memory cannot be mapped, for what the pixels go through; FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the
+// driver fails.
 FM_API fm_result fm_renderer_read(fm_renderer *renderer, uint8_t *pixels);
-// The picture's buffer, RGBA8 as above, valid until the next fm_render of another size. Errors: FM_ERROR_UNSUPPORTED on the CPU.
+// The picture's buffer, RGBA8 as above, valid until the next fm_render of another size or the renderer's end. Does not wait.
+// Errors: FM_ERROR_INVALID_ARGUMENT for NULL and before the first picture, FM_ERROR_UNSUPPORTED on the CPU.
 FM_API fm_result fm_renderer_vulkan(const fm_renderer *renderer, fm_volume_buffer *buffer);
-FM_API fm_result fm_renderer_stats(fm_renderer *renderer, fm_render_stats *stats);  // waits for the newest picture
+// Waits for the newest picture that was counted. Errors: FM_ERROR_INVALID_ARGUMENT for NULL and before the first such picture,
+// FM_ERROR_DEVICE_LOST.
+FM_API fm_result fm_renderer_stats(fm_renderer *renderer, fm_render_stats *stats);
 
 // What is under a place in the picture (whole numbers are the pixels' centres): the first solid voxel on its ray and the axis of
 // the face, signed (-x is -1, +z is 3); for placing and deleting with the mouse. Of `desc` camera, size and march matter. Marches
-// one ray on the device or CPU and waits; the newest picture stays as it is. `hit` false: nothing.
+// one ray on the device or CPU and waits; the newest picture stays as it is. `hit` false: nothing is there, and the other members
+// are 0.
 typedef struct fm_pick {
     bool hit;
     int32_t voxel[3];
     int32_t face;    // -3 ... -1, 1 ... 3: outward normal; 0 when the camera is inside the voxel
     float distance;  // from the camera to the face, in voxels
 } fm_pick;
+// Errors: FM_ERROR_INVALID_ARGUMENT for NULL, for what fm_render refuses, and for places beyond 16384 pixels from the first;
+// FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL when the driver fails. `pick` is not written then.
 FM_API fm_result fm_render_pick(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, float pixel_x, float pixel_y,
                                 fm_pick *pick);
 

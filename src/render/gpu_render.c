@@ -2,6 +2,7 @@
 // Pictures on Vulkan: beams for tiles of pixels, then one kernel from ray to pixel.
 
 #include "render/render.h"
+#include "render/trust.h"
 
 #include "world/gpu_world.h"
 
@@ -17,10 +18,15 @@ typedef struct frame {
     fm_ticket ticket;
 } frame;
 
+// Where a picture goes.
+typedef struct room {
+    fm_buffer *picture, *beam;
+} room;
+
 struct fm_gpu_render {
     fm_gpu *gpu;
-    fm_buffer *picture, *beam, *pick;
-    uint32_t width, height;  // of `picture` and `beam`
+    room room;  // of the newest picture
+    fm_buffer *pick;
     frame frames[IN_FLIGHT];
     uint32_t frame;    // of the newest picture
     uint32_t counted;  // ... that was counted
@@ -48,6 +54,11 @@ fm_result fm_gpu_render_create(fm_renderer *renderer) {
     return FM_OK;
 }
 
+static void destroy_room(const room *r) {
+    fm_buffer_destroy(r->picture);
+    fm_buffer_destroy(r->beam);
+}
+
 void fm_gpu_render_destroy(fm_renderer *renderer) {
     fm_gpu_render *own = renderer->gpu;
     if (!own) {
@@ -59,8 +70,7 @@ void fm_gpu_render_destroy(fm_renderer *renderer) {
         fm_buffer_destroy(own->frames[i].extra);
         fm_buffer_destroy(own->frames[i].stats);
     }
-    fm_buffer_destroy(own->picture);
-    fm_buffer_destroy(own->beam);
+    destroy_room(&own->room);
     fm_buffer_destroy(own->pick);
     fm_free(&renderer->context->allocator, own, sizeof *own);
     renderer->gpu = NULL;
@@ -70,25 +80,14 @@ static uint64_t tiles_of(uint32_t width, uint32_t height) {
     return fm_div_up(width, FM_TILE) * fm_div_up(height, FM_TILE);
 }
 
-static fm_result make_room(fm_gpu_render *own, uint32_t width, uint32_t height) {
-    if (own->width == width && own->height == height) {
-        return FM_OK;
-    }
-    fm_buffer *picture, *beam;
-    FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_PICTURES, 4 * (uint64_t)width * height, false, &picture));
-    fm_result status = fm_buffer_create(own->gpu, FM_PURPOSE_PICTURES, 4 * tiles_of(width, height), false, &beam);
+static fm_result make_room(const fm_gpu_render *own, uint32_t width, uint32_t height, room *made) {
+    *made = (room){0};
+    FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_PICTURES, 4 * (uint64_t)width * height, false, &made->picture));
+    fm_result status = fm_buffer_create(own->gpu, FM_PURPOSE_PICTURES, 4 * tiles_of(width, height), false, &made->beam);
     if (status != FM_OK) {
-        fm_buffer_destroy(picture);
-        return status;
+        fm_buffer_destroy(made->picture);
     }
-    (void)fm_gpu_wait(own->gpu, fm_gpu_newest(own->gpu));
-    fm_buffer_destroy(own->picture);
-    fm_buffer_destroy(own->beam);
-    own->picture = picture;
-    own->beam = beam;
-    own->width = width;
-    own->height = height;
-    return FM_OK;
+    return status;
 }
 
 static void set_world(const fm_world *world, fm_march_push *push) {
@@ -114,15 +113,22 @@ static fm_result dispatch(const fm_gpu_render *own, fm_slot *slot, fm_kernel ker
     return fm_commands_dispatch(own->gpu, slot, &what);
 }
 
-static fm_result record(const fm_gpu_render *own, const fm_world *world, const fm_picture *picture, fm_slot *slot) {
+// Beams are those of FM_MARCH_SKIP, and end at the same voxels as it where the field is never too far. The difference is that of
+// the march alone.
+static bool wants_beams(const fm_world *world, const fm_render_desc *desc) {
+    return desc->march == FM_MARCH_SKIP && desc->view != FM_VIEW_DIFFERENCE && !fm_may_be_too_far(&world->desc.method);
+}
+
+static fm_result record(const fm_gpu_render *own, const fm_world *world, const fm_picture *picture, const room *to, const frame *f,
+                        fm_slot *slot) {
     const fm_render_desc *desc = &picture->desc;
     fm_march_push push = picture->push;
     set_world(world, &push);
-    push.picture = fm_buffer_address(own->picture);
-    push.beam = fm_buffer_address(own->beam);
-    push.extra = fm_buffer_address(own->frames[own->frame].extra);
+    push.picture = fm_buffer_address(to->picture);
+    push.beam = fm_buffer_address(to->beam);
+    push.extra = fm_buffer_address(f->extra);
     const uint64_t tiles = tiles_of(desc->width, desc->height);
-    const bool beams = desc->march != FM_MARCH_PLAIN;
+    const bool beams = wants_beams(world, desc);
     const uint32_t constants[] = {world->desc.format,      desc->march,      is_large(world), desc->view,  desc->shadow,
                                   desc->ambient_occlusion, picture->preview, beams,           desc->count, desc->crosshair};
     if (beams) {
@@ -134,30 +140,43 @@ static fm_result record(const fm_gpu_render *own, const fm_world *world, const f
     return FM_OK;
 }
 
-fm_result fm_gpu_render_picture(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, fm_ticket *ticket) {
-    fm_gpu_render *own = renderer->gpu;
-    FM_TRY(make_room(own, picture->desc.width, picture->desc.height));
-    own->frame = (own->frame + 1) % IN_FLIGHT;
-    frame *f = &own->frames[own->frame];
+static fm_result submit(fm_gpu_render *own, const fm_world *world, const fm_picture *picture, const room *to, fm_ticket *ticket) {
+    const uint32_t next = (own->frame + 1) % IN_FLIGHT;
+    frame *f = &own->frames[next];
     FM_TRY(fm_gpu_wait(own->gpu, f->ticket));
-    if (picture->desc.count) {
-        memset(fm_buffer_mapped(f->stats), 0, 4 * FM_STATS_WORDS);
-    }
     memcpy((uint8_t *)fm_buffer_mapped(f->extra) + FM_EXTRA_BRUSH, &picture->brush, sizeof picture->brush);
     fm_slot *slot;
     FM_TRY(fm_commands_begin(own->gpu, &slot));
-    FM_TRY(record(own, world, picture, slot));
-    fm_ticket newest;
-    FM_TRY(fm_commands_submit(own->gpu, slot, &newest));
-    f->ticket = newest;
+    FM_TRY(record(own, world, picture, to, f, slot));
     if (picture->desc.count) {
-        own->counted = own->frame;
+        memset(fm_buffer_mapped(f->stats), 0, 4 * FM_STATS_WORDS);
     }
-    if (ticket) {
-        *ticket = newest;
-        return FM_OK;
+    FM_TRY(fm_commands_submit(own->gpu, slot, ticket));
+    f->ticket = *ticket;
+    own->frame = next;
+    own->counted = picture->desc.count ? next : own->counted;
+    return FM_OK;
+}
+
+fm_result fm_gpu_render_picture(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, fm_ticket *ticket) {
+    fm_gpu_render *own = renderer->gpu;
+    const uint32_t width = picture->desc.width, height = picture->desc.height;
+    if (renderer->width == width && renderer->height == height) {
+        return submit(own, world, picture, &own->room, ticket);
     }
-    return fm_gpu_wait(own->gpu, newest);
+    // The newest picture stays where it is until another one is sure to come.
+    room made;
+    FM_TRY(make_room(own, width, height, &made));
+    const fm_ticket before = fm_gpu_newest(own->gpu);
+    const fm_result status = submit(own, world, picture, &made, ticket);
+    if (status != FM_OK) {
+        destroy_room(&made);
+        return status;
+    }
+    (void)fm_gpu_wait(own->gpu, before);
+    destroy_room(&own->room);
+    own->room = made;
+    return FM_OK;
 }
 
 fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, float x, float y,
@@ -184,13 +203,12 @@ fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const
 }
 
 fm_result fm_gpu_render_read(fm_renderer *renderer, uint8_t *pixels) {
-    const fm_gpu_render *own = renderer->gpu;
-    return fm_buffer_download_at(own->picture, 0, pixels, 4 * (uint64_t)own->width * own->height);
+    return fm_buffer_download_at(renderer->gpu->room.picture, 0, pixels, 4 * (uint64_t)renderer->width * renderer->height);
 }
 
 void fm_gpu_render_describe(const fm_renderer *renderer, fm_volume_buffer *buffer) {
-    fm_buffer_describe(renderer->gpu->picture, buffer);
-    buffer->size = 4 * (uint64_t)renderer->gpu->width * renderer->gpu->height;
+    fm_buffer_describe(renderer->gpu->room.picture, buffer);
+    buffer->size = 4 * (uint64_t)renderer->width * renderer->height;
 }
 
 fm_result fm_gpu_render_stats(fm_renderer *renderer) {

@@ -6,8 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_THREADS_COUNTED = 256 };
-
 typedef struct found {
     bool solid;
     fm_vec3 cell;
@@ -17,7 +15,7 @@ typedef struct found {
 typedef struct render_job {
     fm_scenery scenery;
     uint32_t *pixels;
-    fm_render_stats stats[MAX_THREADS_COUNTED];  // of each worker
+    fm_render_stats *stats;  // of each worker; NULL: not wanted
 } render_job;
 
 static found find(const fm_grid *grid, const fm_ray *ray, fm_vec3 start, fm_march how) {
@@ -134,7 +132,7 @@ static void run_rows(void *user, uint64_t begin, uint64_t end, uint32_t worker) 
             const fm_vec3 light = light_of_pixel(&job->scenery, (float)x, (float)y, &what, &wrong);
             const uint32_t color = fm_pack_light(light);
             job->pixels[y * desc->width + x] = desc->crosshair ? with_crosshair(color, x, (uint32_t)y, desc) : color;
-            if (desc->count && worker < MAX_THREADS_COUNTED) {
+            if (job->stats) {
                 count_pixel(&job->stats[worker], &what, wrong);
             }
         }
@@ -158,31 +156,43 @@ static fm_result make_room(fm_renderer *renderer, uint64_t bytes) {
     return FM_OK;
 }
 
+static fm_render_stats sum_of(const fm_render_stats *stats, uint32_t count) {
+    fm_render_stats sum = {0};
+    for (uint32_t i = 0; i < count; i++) {
+        sum.rays += stats[i].rays;
+        sum.hits += stats[i].hits;
+        sum.steps += stats[i].steps;
+        sum.wrong += stats[i].wrong;
+        sum.most_steps = fm_max_u64(sum.most_steps, stats[i].most_steps);
+    }
+    return sum;
+}
+
 fm_result fm_host_render(fm_renderer *renderer, const fm_world *world, const fm_picture *picture) {
     const fm_render_desc *desc = &picture->desc;
     const uint64_t bytes = 4 * (uint64_t)desc->width * desc->height;
-    FM_TRY(make_room(renderer, bytes));
-    render_job *job = fm_alloc_zero(&renderer->context->allocator, sizeof *job, "a picture's sums");
-    if (!job) {
-        return FM_ERROR_OUT_OF_HOST_MEMORY;
-    }
-    job->scenery = (fm_scenery){fm_grid_of(world), picture, renderer->map};
-    job->pixels = renderer->pixels;
-    fm_passes_begin(renderer->context);
-    fm_pool_run(renderer->context->pool, desc->height, 4, run_rows, job);
-    fm_passes_end(renderer->context, "march", bytes);
+    const fm_allocator *allocator = &renderer->context->allocator;
+    const uint32_t workers = fm_pool_threads(renderer->context->pool);
+    render_job job = {.scenery = {fm_grid_of(world), picture, renderer->map}};
     if (desc->count) {
-        renderer->stats = (fm_render_stats){0};
-        for (int i = 0; i < MAX_THREADS_COUNTED; i++) {
-            renderer->stats.rays += job->stats[i].rays;
-            renderer->stats.hits += job->stats[i].hits;
-            renderer->stats.steps += job->stats[i].steps;
-            renderer->stats.wrong += job->stats[i].wrong;
-            renderer->stats.most_steps = fm_max_u64(renderer->stats.most_steps, job->stats[i].most_steps);
+        job.stats = fm_alloc_zero(allocator, workers * sizeof *job.stats, "a picture's sums");
+        if (!job.stats) {
+            return FM_ERROR_OUT_OF_HOST_MEMORY;
         }
     }
-    fm_free(&renderer->context->allocator, job, sizeof *job);
-    return FM_OK;
+    // The last that can fail: until here the newest picture is untouched.
+    const fm_result result = make_room(renderer, bytes);
+    if (result == FM_OK) {
+        job.pixels = renderer->pixels;
+        fm_passes_begin(renderer->context);
+        fm_pool_run(renderer->context->pool, desc->height, 4, run_rows, &job);
+        fm_passes_end(renderer->context, "march", bytes);
+        if (job.stats) {
+            renderer->stats = sum_of(job.stats, workers);
+        }
+    }
+    fm_free(allocator, job.stats, workers * sizeof *job.stats);
+    return result;
 }
 
 void fm_host_pick(const fm_world *world, const fm_picture *picture, float x, float y, fm_pick *pick) {

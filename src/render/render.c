@@ -4,6 +4,7 @@
 #include "render/render.h"
 
 #include "fathom/io.h"
+#include "gpu/gpu.h"
 #include "world/brush.h"
 
 #include <math.h>
@@ -206,18 +207,20 @@ void fm_renderer_destroy(fm_renderer *renderer) {
 fm_result fm_render(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, fm_ticket *ticket) {
     fm_picture picture;
     FM_TRY(make_picture(renderer, world, desc, &picture));
+    fm_ticket newest = 0;
     if (renderer->gpu) {
-        FM_TRY(fm_gpu_render_picture(renderer, world, &picture, ticket));
+        FM_TRY(fm_gpu_render_picture(renderer, world, &picture, &newest));
     } else {
         FM_TRY(fm_host_render(renderer, world, &picture));
-        if (ticket) {
-            *ticket = 0;
-        }
     }
     renderer->width = desc->width;
     renderer->height = desc->height;
     renderer->counted = renderer->counted || desc->count;
-    return FM_OK;
+    if (ticket) {
+        *ticket = newest;
+        return FM_OK;
+    }
+    return renderer->gpu ? fm_gpu_wait(renderer->context->gpu, newest) : FM_OK;
 }
 
 static fm_result check_rendered(const fm_renderer *renderer, const void *result, const char *name) {

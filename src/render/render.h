@@ -36,6 +36,7 @@ void fm_host_pick(const fm_world *world, const fm_picture *picture, float x, flo
 
 fm_result fm_gpu_render_create(fm_renderer *renderer);
 void fm_gpu_render_destroy(fm_renderer *renderer);
+// Submits; renderer->width and height are those of the picture before, and stay so where it fails.
 fm_result fm_gpu_render_picture(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, fm_ticket *ticket);
 fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, float x, float y,
                              fm_pick *pick);

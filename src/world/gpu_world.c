@@ -160,7 +160,9 @@ static fm_result create_planes(fm_world *world) {
     fm_slot *slot;
     FM_TRY(fm_commands_begin(own->gpu, &slot));
     fm_commands_fill(own->gpu, slot, own->voxels, 0, 4 * voxels, 0);
-    // All is air, at the largest distance.
+    // All is air, at the largest distance; no row has a site.
+    fm_commands_fill(own->gpu, slot, own->bits, 0, 4 * words, 0);
+    fm_commands_fill(own->gpu, slot, own->carries, 0, 4 * words, UINT32_MAX);
     uint32_t entry = world->desc.format == FM_FIELD_SQUARED_U32 ? fm_world_cap(&world->desc) : UINT32_MAX;
     entry = world->desc.format == FM_FIELD_PACKED ? 0xff000000u : entry;
     fm_commands_fill(own->gpu, slot, own->field, 0, fm_round_up(fm_field_width(world->desc.format) * voxels, 4), entry);
