@@ -22,7 +22,7 @@ enum {
 };
 
 static const uint64_t scratch_budget = (uint64_t)1 << 30;
-static const uint64_t pair_voxels = (uint64_t)1 << 20;  // of a batch, up to which steps of jump flooding go two to a dispatch
+static const uint64_t pair_voxels = (uint64_t)1 << 16;  // of a batch, up to which steps of jump flooding go two to a dispatch
 static const uint64_t brute_tries = (uint64_t)1 << 36;  // of words, a dispatch: a fraction of a second
 
 _Static_assert(FM_MAX_STEPS < 32 && FM_SITE_BITS == 10, "chunk_sites.comp packs sites so");
