@@ -32,7 +32,9 @@ typedef struct world_request {
     fm_write_desc write;
     float (*places)[3];
     uint32_t place_count;
-    bool check, quiet, json;
+    double threshold;
+    fm_volume_desc start;  // of the file: its spacing and origin are those of what is written
+    bool has_threshold, check, quiet, json;
 } world_request;
 
 // What was made, for the report.
@@ -62,7 +64,8 @@ static int update(fm_world *world, world_outcome *outcome) {
 }
 
 static int play(const world_request *request, fm_world *world, world_outcome *outcome) {
-    int status = CLI_DONE;
+    // So that the last update tells what the edits cost, not the start.
+    int status = request->script.count == 0 || fm_world_update(world, NULL) == FM_OK ? CLI_DONE : cli_library_failed();
     for (uint32_t i = 0; status == CLI_DONE && i < request->script.count; i++) {
         const world_step *step = &request->script.steps[i];
         if (step->update) {
@@ -95,7 +98,9 @@ static int look(const world_request *request, bench_session *session, fm_context
 }
 
 static fm_result make_field(const world_request *request, fm_world *world, fm_volume **volume) {
-    const fm_volume_desc desc = {.shape = request->desc.shape, .type = request->field_type};
+    fm_volume_desc desc = request->start;
+    desc.shape = request->desc.shape;
+    desc.type = request->field_type;
     fm_result result = fm_volume_create(NULL, &desc, volume);
     if (result == FM_OK) {
         const fm_array array = {fm_volume_data(*volume), desc.type, desc.shape};
@@ -122,7 +127,9 @@ static int write_pending(const world_request *request, fm_world *world, fm_file_
     }
     fm_volume_destroy(field);
     if (status == CLI_DONE && request->voxels) {
-        const fm_volume_desc desc = {.shape = request->desc.shape, .type = request->voxel_type};
+        fm_volume_desc desc = request->start;
+        desc.shape = request->desc.shape;
+        desc.type = request->voxel_type;
         const bool good = fm_volume_create(NULL, &desc, &voxels) == FM_OK && fm_world_save(world, voxels) == FM_OK;
         status = good ? files_write(request->voxels, voxels, &write, request->quiet) : cli_library_failed();
         fm_volume_destroy(voxels);
@@ -298,12 +305,55 @@ static int report(const world_request *request, const world_outcome *outcome) {
 }
 
 // What is in the world at first; NULL in `volume`: air. Returns an exit code.
-static int start_volume(world_request *request, fm_volume **volume) {
+// Leaves of a volume what is at the threshold or above: bytes keep their value, other types become 1. A distance of 0 tells.
+static int keep_solid(fm_context *context, double threshold, fm_volume **volume) {
+    fm_volume_desc desc;
+    fm_volume_info(*volume, &desc);
+    const fm_array values = {fm_volume_data(*volume), desc.type, desc.shape};
+    const bool bytes = desc.type == FM_TYPE_U8;
+    desc.type = FM_TYPE_U8;
+    fm_volume *solid;
+    if (!context || fm_volume_create(NULL, &desc, &solid) != FM_OK) {
+        return cli_library_failed();
+    }
+    uint8_t *kept = fm_volume_data(solid);
+    const fm_array distance = {kept, FM_TYPE_U8, desc.shape};
+    const fm_transform_desc select = {
+        .metric = FM_METRIC_LINF, .select = FM_SELECT_THRESHOLD, .threshold = threshold, .saturate = true};
+    const uint8_t *palette = fm_volume_palette(*volume);
+    if (fm_transform_host(context, &select, &values, &distance, NULL) != FM_OK || fm_volume_set_palette(solid, palette) != FM_OK) {
+        fm_volume_destroy(solid);
+        return cli_library_failed();
+    }
+    const uint64_t voxels = (uint64_t)desc.shape.x * desc.shape.y * desc.shape.z;
+    for (uint64_t i = 0; i < voxels; i++) {
+        const uint8_t value = bytes ? ((const uint8_t *)values.data)[i] : 1;
+        kept[i] = kept[i] != 0 ? 0 : value != 0 ? value : 1;
+    }
+    fm_volume_destroy(*volume);
+    *volume = solid;
+    return CLI_DONE;
+}
+
+static int start_volume(world_request *request, bench_session *session, fm_volume **volume) {
+    enum { OCTOMAP_OCCUPIED = 2 };
     *volume = NULL;
     if (request->in) {
         fm_file_info info;
         int status = files_read(request->in, &request->read, request->quiet, volume, &info);
         request->desc.shape = info.shape;
+        memcpy(request->start.spacing, info.spacing, sizeof info.spacing);
+        memcpy(request->start.origin, info.origin, sizeof info.origin);
+        if (status == CLI_DONE && !request->has_threshold && info.format == FM_FORMAT_OCTOMAP) {
+            request->has_threshold = true;
+            request->threshold = OCTOMAP_OCCUPIED;
+        }
+        if (status == CLI_DONE && request->has_threshold) {
+            status = keep_solid(bench_session_context(session, FM_BACKEND_CPU), request->threshold, volume);
+            if (status != CLI_DONE) {
+                fm_volume_destroy(*volume);
+            }
+        }
         return status;
     }
     if (request->scene) {
@@ -326,7 +376,7 @@ static int run(world_request *request) {
     static world_outcome outcome;
     bench_session *session = bench_session_create(&request->session);
     outcome.samples = calloc(request->place_count + 1, sizeof *outcome.samples);
-    int status = session && outcome.samples ? start_volume(request, &start) : cli_fail("out of memory: free some");
+    int status = session && outcome.samples ? start_volume(request, session, &start) : cli_fail("out of memory: free some");
     if (status == CLI_DONE) {
         method_focus(request->method, &request->desc);
         status = work(request, session, start, &outcome);
@@ -339,8 +389,8 @@ static int run(world_request *request) {
 }
 
 typedef struct world_args {
-    struct arg_str *in, *size, *scene, *scene_seed, *edits, *edit, *voxels, *voxel_type, *field, *type, *slice, *at, *backend,
-        *device, *threads;
+    struct arg_str *in, *threshold, *size, *scene, *scene_seed, *edits, *edit, *voxels, *voxel_type, *field, *type, *slice, *at,
+        *backend, *device, *threads;
     struct arg_lit *check, *compress, *quiet, *json;
     files_input input;
     method_options method;
@@ -348,6 +398,9 @@ typedef struct world_args {
 
 static void add_options(cli_args *args, world_args *a) {
     a->in = cli_add(args, arg_str0(NULL, NULL, "IN", "the voxels: 0 is air; - reads standard input, .npy unless told otherwise"));
+    a->threshold = cli_add(args, arg_str0(NULL, "threshold", "T",
+                                          "of IN: solid at this value or above; default: if not 0, of .bt: if "
+                                          "occupied"));
     a->scene = cli_add(args, arg_str0(NULL, "scene", "NAME", "a procedural scene instead; without either: air"));
     a->size = cli_add(args, arg_str0(NULL, "size", "N|X,Y,Z", "of the scene or air"));
     a->scene_seed = cli_add(args, arg_str0(NULL, "scene-seed", "S", "another scene of the same kind; default 0"));
@@ -397,6 +450,14 @@ static bool read_start(const world_args *a, world_request *r) {
         return false;
     }
     r->scene_desc.seed = (uint64_t)seed;
+    r->has_threshold = a->threshold->count > 0;
+    if (r->has_threshold && !r->in) {
+        cli_usage("--threshold is of a file: name one");
+        return false;
+    }
+    if (r->has_threshold && !cli_double("--threshold", a->threshold->sval[0], &r->threshold)) {
+        return false;
+    }
     return files_input_desc(&a->input, &r->read) && (!a->size->count || cli_shape("--size", a->size->sval[0], &r->desc.shape));
 }
 

@@ -168,4 +168,19 @@ ends 2 bench world --size 8 --csv c.csv --json ./c.csv
 ends 1 bench world --size 8 --backend cpu --csv nowhere/b.csv
 "$fathom" bench world --size 20000x1x1 --backend cpu --seconds 0.02 >.out 2>.err && bad "a world that there cannot be was measured"
 grep -q 'FAILED: .*20000' .out || bad "the row does not say why it failed: $(cat .out)"
+# What is solid of a file can be said as for a transform.
+ends 0 scene terrain m.npy --size 16
+ends 0 world m.npy --threshold 2 --field f.npy --backend cpu
+ends 0 transform m.npy t.npy --metric l1 --type u8 --saturate --threshold 2 --backend cpu
+cmp -s f.npy t.npy || bad "the threshold is not that of a transform"
+ends 0 world m.npy --field f.npy --backend cpu
+cmp -s f.npy t.npy && bad "the threshold changes nothing"
+ends 2 world --size 8 --threshold 2
+# Spacing and origin stay.
+ends 0 world m.npy --voxels m.nrrd --backend cpu
+sed 's/^space directions:.*/space directions: (2,0,0) (0,3,0) (0,0,4)/' m.nrrd >p.nrrd
+ends 0 world p.nrrd --field f.nrrd --voxels v.nrrd --backend cpu
+for file in f.nrrd v.nrrd; do
+    "$fathom" info $file | grep -q 'spacing *2, 3, 4' || bad "$file: the spacing was lost"
+done
 finish
