@@ -105,4 +105,16 @@ status=$?
 program=""
 [ $status = 0 ] || bad "the program ended with $status: $(tail -n 5 "$work/said")"
 grep -q '^quit validation 0$' "$log" || bad "validation messages: $(grep -m 3 validation "$work/said")"
+
+# A slice that the world has across one axis and not across another.
+start_program --validation --size 96,96,24 --view slice --pixels 4 --window 1100x820 --backend "${APP_BACKEND:-vulkan}"
+voxels made
+choose across x across
+press slice
+expect "the slice" '^settings .*across=x slice=[3-9][0-9] '
+choose across z across
+expect "a slice of the world" '^settings .*across=z slice=23 '
+picture slice
+grep '^failed' "$log" && bad "a slice failed"
+end_program
 finish
