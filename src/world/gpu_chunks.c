@@ -22,7 +22,7 @@ enum {
 };
 
 static const uint64_t scratch_budget = (uint64_t)1 << 30;
-static const uint64_t pair_voxels = (uint64_t)1 << 16;  // of a batch, up to which steps of jump flooding go two to a dispatch
+static const uint64_t pair_voxels = (uint64_t)1 << 16;  // of a domain, up to which steps of jump flooding go two to a dispatch
 static const uint64_t brute_tries = (uint64_t)1 << 36;  // of words, a dispatch: a fraction of a second
 
 _Static_assert(FM_MAX_STEPS < 32 && FM_SITE_BITS == 10, "chunk_sites.comp packs sites so");
@@ -229,10 +229,11 @@ static fm_result flood(chunk_job *job) {
     uint32_t steps[FM_MAX_STEPS];
     uint32_t count = fm_chunk_steps(job->world, job->algorithm, steps);
     uint64_t width = sites ? 4 : 2;
+    uint64_t largest = (uint64_t)job->largest[0] * job->largest[1] * job->largest[2];
     begin_step(job, "jfa", job->voxels / 8);
     job->push.which = 0;
     for (uint32_t i = 0; i < count;) {
-        bool pair = !sites && job->voxels <= pair_voxels && i + 1 < count;
+        bool pair = !sites && largest <= pair_voxels && i + 1 < count;
         bool first = i == 0;
         job->push.step = steps[i];
         i += pair ? 2 : 1;

@@ -411,9 +411,11 @@ static void load_field(work *w) {
         for (uint32_t y = 0; y < w->size[1] + 2; y++) {
             uint64_t gz = (uint64_t)begin[2] + z, gy = (uint64_t)begin[1] + y;  // one too many
             bool outside = gz == 0 || gz > shape.z || gy == 0 || gy > shape.y;
+            // Along the edges of the rim lie chunks of the same colour, which nothing here needs.
+            int beside = (z == 0 || z > w->size[2]) + (y == 0 || y > w->size[1]);
             for (uint32_t x = 0; x < w->size[0] + 2; x++) {
                 uint64_t gx = (uint64_t)begin[0] + x;
-                bool none = outside || gx == 0 || gx > shape.x;
+                bool none = outside || gx == 0 || gx > shape.x || beside + (x == 0 || x > w->size[0]) > 1;
                 uint32_t value = none ? FM_CHUNK_UNKNOWN : fm_host_distance(w->world, element_of(w->world, gx - 1, gy - 1, gz - 1));
                 w->now[z * w->slice + y * w->row + x] = (uint16_t)value;
             }
