@@ -135,9 +135,10 @@ press() {
 # open_list NAME WORD: until the word shows. ImGui 1.86 loses a click that comes together with a change of what is under it, as it does
 # when a frame takes long.
 open_list() {
-    for try in 1 2 3; do
+    for try in 1 2 3 4 5 6; do
         press "$1"
-        wait_line "^widget $1/$2 " 30 && return
+        wait_line "^widget $1/$2 " 20 && return
+        tail -n "+$((mark + 1))" "$log" | grep -q '^captured 1$' && xdotool key Escape
     done
     give_up "the list $1 does not open after $try clicks"
 }

@@ -24,19 +24,16 @@ bool open_;
 const ImVec4 warning(1.00f, 0.72f, 0.30f, 1.0f), failure(1.00f, 0.45f, 0.40f, 1.0f), quiet(0.62f, 0.66f, 0.70f, 1.0f);
 const ImU32 line_color = IM_COL32(110, 200, 255, 255);
 
-// Where the last item is, for programs that drive the window.
+// Where the last item is, for programs that drive the window. A window is measured in its first frame, which is not shown: a click
+// there would go to what lies below.
 void note(const char *name) {
-    if (log_wanted()) {
+    if (log_wanted() && !ImGui::IsWindowAppearing()) {
         const ImVec2 a = ImGui::GetItemRectMin(), b = ImGui::GetItemRectMax();
         log_widget(name, a.x, a.y, b.x, b.y);
     }
 }
 
 void note_choice(const char *name, const char *word) {
-    // A list is measured in its first frame and comes to lie where it stays in the next.
-    if (ImGui::IsWindowAppearing()) {
-        return;
-    }
     char full[64];
     snprintf(full, sizeof full, "%s/%s", name, word);
     note(full);
