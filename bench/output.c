@@ -77,15 +77,6 @@ void bench_csv_header(FILE *stream) {
                     "host_scratch_bytes,host_staging_bytes,samples,wrong,failure\n");
 }
 
-static uint64_t memory_of(const bench_result *result, const char *purpose, bool device) {
-    uint64_t bytes = 0;
-    for (uint32_t i = 0; i < result->memory_count; i++) {
-        const fm_memory *memory = &result->memory[i];
-        bytes += memory->device == device && strcmp(memory->purpose, purpose) == 0 ? memory->bytes : 0;
-    }
-    return bytes;
-}
-
 void bench_csv(FILE *stream, const bench_result *result) {
     static const char *const purposes[] = {"volumes", "scratch", "staging"};
     csv_case(stream, result);
@@ -104,7 +95,7 @@ void bench_csv(FILE *stream, const bench_result *result) {
     fprintf(stream, ",%.4g", per_voxel(result, result->scratch));
     for (int device = 1; device >= 0; device--) {
         for (int i = 0; i < 3; i++) {
-            fprintf(stream, ",%" PRIu64, memory_of(result, purposes[i], device));
+            fprintf(stream, ",%" PRIu64, bench_memory_bytes(result->memory, result->memory_count, purposes[i], device));
         }
     }
     fprintf(stream, ",%" PRIu32 ",%" PRIu32 ",", result->samples, result->wrong);
@@ -160,18 +151,6 @@ static void add_passes(cJSON *object, const bench_result *result) {
     }
 }
 
-static void add_memory(cJSON *object, const bench_result *result) {
-    cJSON *memory = cJSON_AddArrayToObject(object, "memory");
-    for (uint32_t i = 0; i < result->memory_count; i++) {
-        cJSON *row = cJSON_CreateObject();
-        cJSON_AddStringToObject(row, "purpose", result->memory[i].purpose);
-        cJSON_AddBoolToObject(row, "device", result->memory[i].device);
-        cJSON_AddNumberToObject(row, "bytes", (double)result->memory[i].bytes);
-        cJSON_AddItemToArray(memory, row);
-    }
-    cJSON_AddNumberToObject(object, "scratch_bytes_per_voxel", per_voxel(result, result->scratch));
-}
-
 cJSON *bench_json(const bench_result *result) {
     cJSON *object = cJSON_CreateObject();
     add_case(object, result);
@@ -192,6 +171,7 @@ cJSON *bench_json(const bench_result *result) {
     cJSON_AddNumberToObject(object, "io_floor_ms", result->io_floor_ms);
     cJSON_AddNumberToObject(object, "ratio_to_io_floor", result->kernels.median / result->io_floor_ms);
     add_passes(object, result);
-    add_memory(object, result);
+    cJSON_AddItemToObject(object, "memory", bench_memory_json(result->memory, result->memory_count));
+    cJSON_AddNumberToObject(object, "scratch_bytes_per_voxel", per_voxel(result, result->scratch));
     return object;
 }

@@ -2,6 +2,7 @@
 #include "tables.h"
 
 #include <inttypes.h>
+#include <string.h>
 
 void bench_shape_text(fm_shape shape, char text[40]) {
     snprintf(text, 40, "%" PRIu32 "x%" PRIu32 "x%" PRIu32, shape.x, shape.y, shape.z);
@@ -50,4 +51,24 @@ cJSON *bench_stats_json(const bench_stats *stats) {
     cJSON_AddNumberToObject(object, "ci_high_ms", stats->high);
     cJSON_AddNumberToObject(object, "ci_level", stats->confidence);
     return object;
+}
+
+uint64_t bench_memory_bytes(const fm_memory *memory, uint32_t count, const char *purpose, bool device) {
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        bytes += memory[i].device == device && strcmp(memory[i].purpose, purpose) == 0 ? memory[i].bytes : 0;
+    }
+    return bytes;
+}
+
+cJSON *bench_memory_json(const fm_memory *memory, uint32_t count) {
+    cJSON *array = cJSON_CreateArray();
+    for (uint32_t i = 0; i < count; i++) {
+        cJSON *row = cJSON_CreateObject();
+        cJSON_AddStringToObject(row, "purpose", memory[i].purpose);
+        cJSON_AddBoolToObject(row, "device", memory[i].device);
+        cJSON_AddNumberToObject(row, "bytes", (double)memory[i].bytes);
+        cJSON_AddItemToArray(array, row);
+    }
+    return array;
 }

@@ -21,4 +21,8 @@ void bench_csv_stats_header(FILE *stream, const char *name);
 void bench_csv_stats(FILE *stream, const bench_stats *stats);
 cJSON *bench_stats_json(const bench_stats *stats);
 
+// What fm_context_memory gave: bytes for one purpose, and all of it as an array of objects.
+uint64_t bench_memory_bytes(const fm_memory *memory, uint32_t count, const char *purpose, bool device);
+cJSON *bench_memory_json(const fm_memory *memory, uint32_t count);
+
 #endif

@@ -116,16 +116,6 @@ static const struct {
                 {false, "field"},  {false, "update state"}, {false, "scratch"}};
 enum { MEMORY_COUNT = sizeof memories / sizeof memories[0] };
 
-static uint64_t memory_of(const bench_world_result *result, int which) {
-    uint64_t bytes = 0;
-    for (uint32_t i = 0; i < result->memory_count; i++) {
-        const fm_memory *memory = &result->memory[i];
-        bytes +=
-            memory->device == memories[which].device && strcmp(memory->purpose, memories[which].purpose) == 0 ? memory->bytes : 0;
-    }
-    return bytes;
-}
-
 void bench_world_csv_header(FILE *stream) {
     csv_case_header(stream);
     fprintf(stream, ",solid_fraction,copy_gb_per_s,frames");
@@ -161,7 +151,8 @@ void bench_world_csv(FILE *stream, const bench_world_result *result) {
     fprintf(stream, ",%.6g,%.6g,%.6g", bench_world_per_voxel(result, result->voxel_bytes),
             bench_world_per_voxel(result, result->field_bytes), bench_world_per_voxel(result, result->rest_bytes));
     for (int i = 0; i < MEMORY_COUNT; i++) {
-        fprintf(stream, ",%" PRIu64, memory_of(result, i));
+        fprintf(stream, ",%" PRIu64,
+                bench_memory_bytes(result->memory, result->memory_count, memories[i].purpose, memories[i].device));
     }
     csv_errors(stream, &result->whole);
     csv_errors(stream, &result->domain);
@@ -227,14 +218,7 @@ static void add_case(cJSON *object, const bench_world_result *result) {
 }
 
 static void add_memory(cJSON *object, const bench_world_result *result) {
-    cJSON *array = cJSON_AddArrayToObject(object, "memory");
-    for (uint32_t i = 0; i < result->memory_count; i++) {
-        cJSON *row = cJSON_CreateObject();
-        cJSON_AddStringToObject(row, "purpose", result->memory[i].purpose);
-        cJSON_AddBoolToObject(row, "device", result->memory[i].device);
-        cJSON_AddNumberToObject(row, "bytes", (double)result->memory[i].bytes);
-        cJSON_AddItemToArray(array, row);
-    }
+    cJSON_AddItemToObject(object, "memory", bench_memory_json(result->memory, result->memory_count));
     cJSON_AddNumberToObject(object, "voxel_bytes_per_voxel", bench_world_per_voxel(result, result->voxel_bytes));
     cJSON_AddNumberToObject(object, "field_bytes_per_voxel", bench_world_per_voxel(result, result->field_bytes));
     cJSON_AddNumberToObject(object, "rest_bytes_per_voxel", bench_world_per_voxel(result, result->rest_bytes));
