@@ -93,7 +93,7 @@ static fm_result create(fm_world *world, fm_purpose purpose, uint64_t bytes, boo
 
 static uint64_t middle_bytes(const fm_world *world) {
     fm_shape shape = world->desc.shape;
-    uint32_t width = world->desc.format == FM_FIELD_PACKED ? 1 : fm_field_width(world->desc.format);
+    uint32_t width = fm_lane_width(world->desc.format);
     return (uint64_t)world->gpu->pitch * shape.y * shape.z * width;
 }
 
@@ -365,7 +365,7 @@ static fm_result do_columns(fm_world *world, fm_slot *slot, bool along_z, bool l
                           .pitch = own->pitch,
                           .tiles = layout->tiles,
                           .cap = fm_world_cap(&world->desc)};
-    uint32_t width = world->desc.format == FM_FIELD_PACKED ? 1 : fm_field_width(world->desc.format);
+    uint32_t width = fm_lane_width(world->desc.format);
     const uint32_t constants[] = {layout->lanes,
                                   along_z ? layout->segments_z : layout->segments_y,
                                   layout->rows,

@@ -53,10 +53,6 @@ static uint64_t steps_count(fm_shape shape) {
     return longest_column(shape) + 2 * FM_WINDOW_BLOCK;
 }
 
-static uint32_t lane_bytes(fm_field_format format) {
-    return format == FM_FIELD_PACKED ? 1 : fm_field_width(format);
-}
-
 static uint64_t place(uint64_t *end, uint64_t bytes) {
     const uint64_t at = *end;
     *end += fm_round_up(bytes, FM_ALIGNMENT);
@@ -67,7 +63,7 @@ static exact_layout lay_out(const fm_world *world) {
     const fm_shape shape = world->desc.shape;
     const uint64_t tiles = fm_div_up(shape.x, FM_EXACT_TILE);
     exact_layout layout = {0};
-    layout.middle = place(&layout.end, tiles * FM_EXACT_TILE * shape.y * shape.z * lane_bytes(world->desc.format));
+    layout.middle = place(&layout.end, tiles * FM_EXACT_TILE * shape.y * shape.z * fm_lane_width(world->desc.format));
     layout.workers = place(&layout.end, fm_pool_threads(world->context->pool) * worker_bytes(shape));
     layout.list = place(&layout.end, tiles * longest_column(shape) * sizeof(uint32_t));
     layout.range = place(&layout.end, 2 * tiles * sizeof(uint32_t));
@@ -132,7 +128,7 @@ fm_result fm_host_exact_create(fm_world *world, fm_host_world *host) {
     memset(exact->job.dirty_z, 0, (uint64_t)exact->job.tiles * shape.y);
     const fm_exact_kernels *kernels = kernels_best();
     exact->lanes = world->desc.format == FM_FIELD_SQUARED_U32 ? kernels->l2
-                   : lane_bytes(world->desc.format) == 1      ? kernels->l1_u8
+                   : fm_lane_width(world->desc.format) == 1   ? kernels->l1_u8
                                                               : kernels->l1_u16;
     host->exact = exact;
     return FM_OK;
@@ -181,7 +177,7 @@ void fm_host_exact_update(fm_world *world, bool full) {
     struct fm_host_exact *exact = world->host->exact;
     fm_exact_job *job = &exact->job;
     fm_pool *pool = world->context->pool;
-    const uint64_t tile_bytes = FM_EXACT_TILE * lane_bytes(job->format);
+    const uint64_t tile_bytes = FM_EXACT_TILE * fm_lane_width(job->format);
     for (uint32_t t = 0; t < job->tiles; t++) {
         exact->range[2 * t] = UINT32_MAX;
         exact->range[2 * t + 1] = 0;

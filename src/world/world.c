@@ -20,6 +20,10 @@ uint32_t fm_field_width(fm_field_format format) {
     return format == FM_FIELD_SPLIT_U8 ? 1 : format == FM_FIELD_SPLIT_U16 ? 2 : 4;
 }
 
+uint32_t fm_lane_width(fm_field_format format) {
+    return format == FM_FIELD_PACKED ? 1 : fm_field_width(format);
+}
+
 static const char *const algorithm_names[] = {
     [FM_WORLD_EXACT] = "FM_WORLD_EXACT",
     [FM_WORLD_BRUTE_FORCE] = "FM_WORLD_BRUTE_FORCE",

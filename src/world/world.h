@@ -70,6 +70,8 @@ struct fm_world {
 uint32_t fm_world_cap(const fm_world_desc *desc);
 // Bytes of a distance (or a packed field's entry).
 uint32_t fm_field_width(fm_field_format format);
+// Bytes of a distance by itself, as the exact passes keep it.
+uint32_t fm_lane_width(fm_field_format format);
 
 // queue.c: edits and dirty boxes that wait for the update.
 typedef struct fm_world_queue fm_world_queue;
