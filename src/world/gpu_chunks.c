@@ -85,13 +85,11 @@ static void forget_lists(struct fm_gpu_chunks *own) {
 static fm_result create_headers(fm_world *world, struct fm_gpu_chunks *own) {
     const fm_allocator *allocator = &world->context->allocator;
     const uint64_t bytes = (uint64_t)HEADERS * FM_LIST_HEADER_BYTES;
-    uint32_t *clear = fm_alloc(allocator, bytes, "the lists' headers");
+    uint32_t(*clear)[4] = fm_alloc(allocator, bytes, "the lists' headers");
     if (!clear) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
-    for (uint32_t i = 0; i < HEADERS; i++) {
-        memcpy(clear + 4 * i, (const uint32_t[4]){0, 0, 1, 1}, FM_LIST_HEADER_BYTES);
-    }
+    fm_gpu_world_empty_lists(clear, HEADERS);
     fm_result status = fm_buffer_create(world->gpu->gpu, FM_PURPOSE_UPDATE, 2 * bytes, false, &own->headers);
     if (status == FM_OK) {
         status = fm_buffer_upload_at(own->headers, bytes, clear, bytes);

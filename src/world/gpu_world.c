@@ -97,13 +97,19 @@ static uint64_t middle_bytes(const fm_world *world) {
     return (uint64_t)world->gpu->pitch * shape.y * shape.z * width;
 }
 
+void fm_gpu_world_empty_lists(uint32_t (*headers)[4], uint32_t count) {
+    static const uint32_t empty[] = {FM_LIST_EMPTY};
+    _Static_assert(sizeof empty == FM_LIST_HEADER_BYTES, "a count of entries and three of groups");
+    for (uint32_t i = 0; i < count; i++) {
+        memcpy(headers[i], empty, sizeof empty);
+    }
+}
+
 // Nothing is flagged or changed (see world_grid.glsl), the lists are empty.
 static fm_result clear_lists(fm_world *world) {
     fm_gpu_world *own = world->gpu;
     uint32_t headers[FM_LIST_HEADERS][4];
-    for (int i = 0; i < FM_LIST_HEADERS; i++) {
-        memcpy(headers[i], (const uint32_t[4]){0, 0, 1, 1}, sizeof headers[i]);
-    }
+    fm_gpu_world_empty_lists(headers, FM_LIST_HEADERS);
     fm_slot *slot;
     FM_TRY(fm_commands_begin(own->gpu, &slot));
     fm_commands_fill(own->gpu, slot, own->lists, 0, lists_of(world).bytes, 0);

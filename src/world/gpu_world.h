@@ -49,6 +49,9 @@ struct fm_gpu_world {
 // carried out first, so that `slot` is another one.
 fm_result fm_gpu_world_upload(fm_world *world, fm_slot **slot, uint64_t bytes, void **memory, uint64_t *address);
 
+// Headers of lists without an entry.
+void fm_gpu_world_empty_lists(uint32_t (*headers)[4], uint32_t count);
+
 // gpu_chunks.c: the memory of chunked methods, which must be there before an update is recorded: what fills it is recorded too.
 fm_result fm_gpu_chunks_prepare(fm_world *world);
 // Records the job's domains into `slot` (which FM_CONVERGE_HOST submits and begins anew), into the field's entries of

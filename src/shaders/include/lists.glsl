@@ -17,5 +17,5 @@ uint list_count(fm_address header) {
 }
 
 void list_clear(fm_address header) {
-    ref_u32x4(header).v = uvec4(0, 0, 1, 1);
+    ref_u32x4(header).v = uvec4(FM_LIST_EMPTY);
 }

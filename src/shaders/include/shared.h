@@ -58,6 +58,7 @@ typedef float fm_float;
 // A world's work lists. Two headers for tiles along y, of which updates use one in turn while they clear the other, and one for
 // tiles along z: a count of entries, then the three group counts of an indirect dispatch.
 #define FM_LIST_HEADER_BYTES 16
+#define FM_LIST_EMPTY 0, 0, 1, 1
 #define FM_LIST_Z 2
 #define FM_LIST_HEADERS 3
 #define FM_LIST_MAX_GROUPS 65535u
