@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: MIT
+#ifndef FATHOM_SDF_H
+#define FATHOM_SDF_H
+
+// From triangle meshes to voxels and to signed distance fields. The conventions of fathom.h hold here too.
+//
+// A field is a volume of FM_TYPE_F32; its spacing and origin say where its texels lie: texel (x, y, z) is the point origin +
+// (x, y, z) spacing. Distances are in world units, negative inside.
+
+#include "fathom/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// Fits a grid of cubic voxels around a mesh: `longest` voxels along the longest edge of its box, of which `margin` on each side are
+// left beside it. Fills shape, spacing and origin of `grid`; its type and storage stay. A mesh without extent gets a unit box.
+// Errors: FM_ERROR_INVALID_ARGUMENT for NULL, `longest` of 0 or above 16384, or a `longest` that `margin` leaves nothing of.
+FM_API fm_result fm_mesh_fit(fm_mesh *mesh, uint32_t longest, uint32_t margin, fm_volume_desc *grid);
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// Voxels
+// ---------------------------------------------------------------------------------------------------------------------------
+
+// Which voxels a surface sets. Voxels are the boxes of edge `spacing` around the texels. Decided in the grid's units in floats:
+// a contact that rounding cannot tell counts as one.
+typedef enum fm_separation {
+    FM_SEPARATION_26 = 0,  // conservative: every voxel that the surface touches. No path over faces, edges or corners crosses it
+    FM_SEPARATION_6,       // thin: no path over faces crosses it
+} fm_separation;
+
+typedef struct fm_voxelize_desc {
+    fm_separation separation;
+    // Voxels whose centre is inside are set too: those from which a ray along x leaves more often than it enters. For closed
+    // meshes.
+    bool solid;
+} fm_voxelize_desc;
+
+// Writes 1 where the mesh is and 0 elsewhere. `voxels`: U8 or BITS, with the grid's spacing and origin, where the context computes.
+// Asynchronous on Vulkan, complete at `ticket` (NULL: waits). Errors: FM_ERROR_INVALID_ARGUMENT for NULL, another type or context;
+// FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
+// Source: Schwarz and Seidel 2010, "Fast parallel surface and solid voxelization on GPUs"; Huang et al. 1998 for separability.
+FM_API fm_result fm_mesh_voxelize(fm_mesh *mesh, const fm_voxelize_desc *desc, fm_volume *voxels, fm_ticket *ticket);
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// Exact signed distance fields
+// ---------------------------------------------------------------------------------------------------------------------------
+
+typedef enum fm_sign {
+    FM_SIGN_AUTO = 0,      // PSEUDONORMAL when the mesh is closed and does not intersect itself, else WINDING
+    FM_SIGN_PSEUDONORMAL,  // the side of the nearest feature's angle-weighted normal. Source: Baerentzen and Aanaes 2005
+    FM_SIGN_WINDING,       // inside where the generalised winding number is above 1/2. Source: Barill et al. 2018
+    FM_SIGN_NONE,          // unsigned
+} fm_sign;
+
+// What texels outside the band get.
+typedef enum fm_far {
+    FM_FAR_BAND = 0,  // the band's width, with the sign
+    FM_FAR_FLOODED,   // the distance to a triangle that is nearest to a texel nearby: never too small, and seldom too great
+    FM_FAR_EXACT,     // as the band: exact everywhere
+} fm_far;
+
+typedef struct fm_sdf_desc {
+    float band;  // half the band's width in voxels of the largest spacing, within which texels are exact; 0: 3
+    fm_far far_texels;
+    fm_sign sign;
+} fm_sdf_desc;
+
+typedef struct fm_sdf_info {
+    fm_sign sign;            // used, never AUTO
+    const char *sign_why;    // in words; static storage
+    uint64_t intersections;  // pairs found while AUTO decided, at most 1; 0 where it needed none
+} fm_sdf_info;
+
+// Computes the field. `distance`: F32, with the grid's spacing and origin, where the context computes. `triangles` (NULL: not
+// wanted): U32 of the same shape, gets the triangle nearest to each texel of the band, or FM_NO_TRIANGLE. `info` NULL is fine. The
+// sign of AUTO is decided once a mesh. An empty mesh gives the band's width everywhere, +infinity under FM_FAR_EXACT and FLOODED.
+// Deterministic: the same input gives the same bits on the same device. Unsigned distances are within 4 units in the last place of
+// the largest coordinate that takes part. Asynchronous on Vulkan, complete at `ticket` (NULL: waits).
+// Errors: as fm_mesh_voxelize, and FM_ERROR_INVALID_ARGUMENT for a band below 0 or not finite.
+FM_API fm_result fm_mesh_sdf(fm_mesh *mesh, const fm_sdf_desc *desc, fm_volume *distance, fm_volume *triangles, fm_sdf_info *info,
+                             fm_ticket *ticket);
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// RTSDF: approximate fields in real time, as published
+// ---------------------------------------------------------------------------------------------------------------------------
+
+typedef enum fm_flood {
+    FM_FLOOD_JFA = 0,     // steps n/2, n/4, ..., 1
+    FM_FLOOD_JFA_1_PLUS,  // a step of 1 first
+    FM_FLOOD_JFA_PLUS_2,  // steps of 2 and 1 afterwards
+} fm_flood;
+
+// Lengths are fractions of the longest edge of the box, as the paper's fields live in a unit cube. 0 asks for the paper's value
+// where it has one.
+typedef struct fm_rtsdf_desc {
+    fm_shape coarse;  // texels of the coarse field; the fine one has twice as many along each axis. All 0: 128, 128, 128
+    double low[3];    // the box that both fields cover: texel centres lie half a voxel inside
+    double high[3];
+    fm_flood flood;
+    float beta;     // taken off the coarse field. 0: half a coarse voxel
+    float mask;     // rays are shot from fine texels whose coarse distance is at most this. 0: 0.1; +infinity: from all
+    float alpha;    // decay of the frame before. 0: 0.95
+    float bias;     // taken off the fine field. 0: 0.01; below 0: none
+    uint32_t rays;  // a texel and frame, 0 to 64
+    uint32_t seed;  // of the directions
+} fm_rtsdf_desc;
+
+// Same thread rule as its context.
+typedef struct fm_rtsdf fm_rtsdf;
+
+// Errors: FM_ERROR_INVALID_ARGUMENT for numbers outside their ranges; the errors of memory.
+FM_API fm_result fm_rtsdf_create(fm_context *context, const fm_rtsdf_desc *desc, fm_rtsdf **rtsdf);
+FM_API void fm_rtsdf_destroy(fm_rtsdf *rtsdf);
+
+// A frame: voxelise, flood, mask, shoot, accumulate. Approximate and noisy, and what moves leaves a trace for some frames: that is
+// the technique. Asynchronous on Vulkan, complete at `ticket` (NULL: waits). Passes: "voxelize", "flood", "trace". Source: Tan,
+// Chua, Koh and Bhojan 2022, "RTSDF: Real-time signed distance fields for soft shadow approximation in games", sections 2.1 to 2.5.
+// What the paper leaves open is said in docs/architecture.md.
+FM_API fm_result fm_rtsdf_update(fm_rtsdf *rtsdf, fm_mesh *mesh, fm_ticket *ticket);
+
+// Forgets the frames so far.
+FM_API fm_result fm_rtsdf_reset(fm_rtsdf *rtsdf);
+
+// The fields as of the last update; they are the object's. Either may be NULL.
+FM_API void fm_rtsdf_fields(fm_rtsdf *rtsdf, fm_volume **coarse, fm_volume **fine);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_MESH_H
+#define FM_MESH_H
+
+// What a mesh holds. Everything but its arrays is made when it is first needed.
+
+#include "fathom/mesh.h"
+#include "volume/context.h"
+
+#include <math.h>
+
+typedef struct fm_topology fm_topology;  // topology.h
+typedef struct fm_bvh fm_bvh;            // bvh.h
+typedef struct fm_winding fm_winding;    // winding.h
+typedef struct fm_gpu_mesh fm_gpu_mesh;  // gpu_mesh.h
+
+struct fm_mesh {
+    fm_context *context;
+    float (*vertices)[3];
+    uint32_t (*triangles)[3];
+    uint64_t vertex_count, triangle_count;
+    uint64_t version;  // rises whenever positions change
+    fm_topology *topology;
+    fm_bvh *bvh;
+    fm_winding *winding;
+    fm_gpu_mesh *gpu;  // NULL on the CPU backend
+    // Whether two triangles intersect: worked out once for the positions of `intersects_version`.
+    bool intersects_known, intersects;
+    uint64_t intersects_version;
+};
+
+// A coordinate whose square, and sums of such squares, a float can hold.
+static inline bool fm_coordinate_fits(float x) {
+    return fabsf(x) <= 1e18f;  // false for NaN
+}
+
+// Whether the triangle takes part: see fathom/mesh.h.
+static inline bool fm_triangle_fits(const fm_mesh *mesh, uint64_t triangle) {
+    for (int corner = 0; corner < 3; corner++) {
+        const float *p = mesh->vertices[mesh->triangles[triangle][corner]];
+        if (!fm_coordinate_fits(p[0]) || !fm_coordinate_fits(p[1]) || !fm_coordinate_fits(p[2])) {
+            return false;
+        }
+    }
+    return true;
+}
+
+#endif

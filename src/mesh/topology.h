@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_TOPOLOGY_H
+#define FM_TOPOLOGY_H
+
+// What is joined to what, by position, and the normals that tell a side from it.
+
+#include "mesh/bvh.h"
+
+struct fm_topology {
+    fm_mesh_info info;
+    uint32_t *distinct;     // a vertex: the number of its position
+    uint32_t (*across)[3];  // a triangle's edge (0: corners 0 and 1): the other triangle of a manifold edge, else FM_NO_TRIANGLE
+    // Angle-weighted normals, not of unit length, of the positions of `normals_version`; doubles, for sums of small angles.
+    double (*corner_normals)[3];  // by distinct position
+    uint64_t normals_version;
+};
+
+// Makes the mesh's topology with its info, if it is not there.
+fm_result fm_topology_prepare(fm_mesh *mesh);
+// The normals too, for the present positions.
+fm_result fm_pseudonormals_prepare(fm_mesh *mesh);
+void fm_topology_destroy(const fm_allocator *allocator, fm_mesh *mesh);
+
+// The pseudonormal of a triangle's feature, not of unit length. Source: Baerentzen and Aanaes 2005, "Signed distance computation
+// using the angle weighted pseudonormal".
+void fm_pseudonormal(const fm_mesh *mesh, uint32_t triangle, fm_feature feature, double normal[3]);
+
+// Whether any two triangles that share no position intersect; kept for the present positions.
+fm_result fm_mesh_intersects(fm_mesh *mesh, bool *intersects);
+
+#endif
