@@ -4,6 +4,7 @@
 
 #include "gpu/compute.h"
 #include "shaders/include/shared.h"
+#include "transform/fit.h"
 #include "transform/plan.h"
 
 #include <math.h>
@@ -13,16 +14,14 @@
 enum {
     ENCODE_THREADS = 256,
     SEARCH_THREADS = 64,
-    HALVE_VOXELS = 1 << 24,    // measured: fewer leave a big GPU idle, and its pass along x costs more than it saves
-    HALVE_LANES = 32,          // x of a tile of halve.comp and ways.comp
-    HALVE_PIECE = 8,           // PIECE there
-    HALVE_READ_AHEAD = 1024,   // bytes behind its input that halve.comp may load
-    HALVE_THREADS = 512,       // more rows an invocation before more invocations
-    HALVE_LEAST_ROWS = 4,      // BATCH there
-    WAYS_ROWS = 256,           // rows that a group of ways.comp owns
-    SEGMENT_ROWS = 16,         // ROWS of parabola.comp and envelope.comp
-    MAX_COLUMN_THREADS = 512,  // more leave too few registers
-    BIG_SQUARE = 1 << 24,      // floats hold whole numbers up to here
+    HALVE_VOXELS = 1 << 24,   // measured: fewer leave a big GPU idle, and its pass along x costs more than it saves
+    HALVE_LANES = 32,         // x of a tile of halve.comp and ways.comp
+    HALVE_PIECE = 8,          // PIECE there
+    HALVE_READ_AHEAD = 1024,  // bytes behind its input that halve.comp may load
+    HALVE_THREADS = 512,      // more rows an invocation before more invocations
+    HALVE_LEAST_ROWS = 4,     // BATCH there
+    WAYS_ROWS = 256,          // rows that a group of ways.comp owns
+    BIG_SQUARE = 1 << 24,     // floats hold whole numbers up to here
     MAX_SLABS = 16,
     SLAB_STEP = 32,  // voxels; keeps the rows of a slab's raw distances aligned
     // Words of site bits that a dispatch of brute force tries: 33 loop turns each at most, and llvmpipe ends loops at 65,535.
@@ -97,21 +96,12 @@ static uint32_t raw_width(const transform_job *job) {
 
 static bool plan_scan(const transform_job *job, uint32_t n, column_pass *pass) {
     bool half = job->width == 1 && job->device.float16;
-    uint32_t shared_per_thread = half ? 2 * 2 * 2 * 4 : 2 * 2 * 4 * 4;
-    uint64_t limit = fm_min_u64(job->device.max_workgroup, job->device.shared_memory / shared_per_thread);
-    for (uint32_t rows = half ? 32 : 16; rows <= (half ? 64 : 32); rows *= 2) {
-        uint32_t segments = (uint32_t)fm_div_up(n, rows);
-        uint32_t lanes = fm_floor_power_of_two(fm_min_u64(half ? 16 : 8, limit / segments));
-        // Short columns leave room for more of them in a group.
-        while (segments * lanes < 128 && lanes < 32) {
-            lanes *= 2;
-        }
-        if ((uint64_t)segments * lanes <= limit && lanes >= 4) {
-            *pass = (column_pass){half ? FM_KERNEL_SCAN_F16 : FM_KERNEL_SCAN_U32, lanes, segments, rows, 4 * lanes, n};
-            return true;
-        }
+    fm_column_fit fit;
+    if (!fm_fit_scan(&job->device, n, job->plan->shape.x, half, half ? 2 * 2 * 2 * 4 : 2 * 2 * 4 * 4, half ? 32 : 16, &fit)) {
+        return false;
     }
-    return false;
+    *pass = (column_pass){half ? FM_KERNEL_SCAN_F16 : FM_KERNEL_SCAN_U32, fit.lanes, fit.segments, fit.rows, 4 * fit.lanes, n};
+    return true;
 }
 
 // halve.comp serves squared distances that fit in a key beside a row's number, the longest way along the axis added, where its
@@ -153,16 +143,13 @@ static void plan_column(const transform_job *job, uint32_t n, column_pass *pass)
     }
     bool floats = plan->weighted || plan->greatest < BIG_SQUARE;
     bool parabola = plan->metric == FM_METRIC_L2 && !plan->weighted && floats;
-    uint32_t segments = (uint32_t)fm_div_up(n, SEGMENT_ROWS);
-    for (uint32_t lanes = 32; lanes > 0; lanes /= 2) {
-        // Per segment: its rows with a gap (one number a row, or one row), and three numbers a lane.
-        uint64_t numbers = parabola ? SEGMENT_ROWS * (lanes + 1) : (SEGMENT_ROWS + 1) * lanes;
-        if (4 * segments * (numbers + 3 * lanes) <= job->device.shared_memory && (uint64_t)lanes * segments <= MAX_COLUMN_THREADS &&
-            lanes * segments <= job->device.max_workgroup) {
-            fm_kernel kernel = parabola ? FM_KERNEL_PARABOLA : floats ? FM_KERNEL_ENVELOPE_F32 : FM_KERNEL_ENVELOPE_U32;
-            *pass = (column_pass){kernel, lanes, segments, SEGMENT_ROWS, lanes, n};
-            return;
-        }
+    // Rows with a gap (one number a row, or one row), and three numbers.
+    uint32_t lane_words = parabola ? FM_SEGMENT_ROWS + 3 : FM_SEGMENT_ROWS + 1 + 3;
+    fm_column_fit fit;
+    if (fm_fit_segments(&job->device, n, lane_words, parabola ? FM_SEGMENT_ROWS : 0, &fit)) {
+        fm_kernel kernel = parabola ? FM_KERNEL_PARABOLA : floats ? FM_KERNEL_ENVELOPE_F32 : FM_KERNEL_ENVELOPE_U32;
+        *pass = (column_pass){kernel, fit.lanes, fit.segments, fit.rows, fit.lanes, n};
+        return;
     }
     *pass = (column_pass){floats ? FM_KERNEL_SEARCH_F32 : FM_KERNEL_SEARCH_U32, SEARCH_THREADS, 1, 1, SEARCH_THREADS, 1};
 }

@@ -3,71 +3,47 @@
 
 #include "world/gpu_world.h"
 
+#include "transform/fit.h"
+
 #include <stdio.h>
 #include <string.h>
 
 enum {
-    MAX_COLUMN_THREADS = 512,  // more leave too few registers
-    ENVELOPE_ROWS = 16,        // ROWS of envelope.glsl
-    ENTRIES_AT = 64,           // bytes of the lists' headers
-    UPLOAD_BYTES = 1 << 18,    // at least: a few hundred edits
+    ENTRIES_AT = 64,         // bytes of the lists' headers
+    UPLOAD_BYTES = 1 << 18,  // at least: a few hundred edits
 };
 
 _Static_assert(FM_GPU_PACKED == (int)FM_FIELD_PACKED && FM_GPU_SQUARED_U32 == (int)FM_FIELD_SQUARED_U32,
                "shared.h numbers the formats as fm_field_format does");
 
-static void set_layout(const fm_world *world, fm_column_layout *layout, fm_kernel kernel, uint32_t lanes, uint32_t rows,
-                       uint32_t tile_width) {
-    fm_shape shape = world->desc.shape;
-    *layout = (fm_column_layout){.kernel = kernel,
-                                 .lanes = lanes,
-                                 .rows = rows,
-                                 .tile_width = tile_width,
-                                 .segments_y = (uint32_t)fm_div_up(shape.y, rows),
-                                 .segments_z = (uint32_t)fm_div_up(shape.z, rows),
-                                 .tiles = (uint32_t)fm_div_up(shape.x, tile_width)};
-}
-
-static fm_result too_long(const fm_world *world) {
-    return fm_fail(FM_ERROR_UNSUPPORTED, "shape is %u x %u x %u: columns of that length do not fit \"%s\"'s shared memory",
-                   world->desc.shape.x, world->desc.shape.y, world->desc.shape.z, world->context->device.name);
-}
-
-// As for the transform (transform/gpu_transform.c), but that both axes share the tiles' width.
-static fm_result scan_layout(const fm_world *world, fm_column_layout *layout) {
+// Both axes are cut alike, by the longer one: they share the tiles' width.
+static fm_result set_layout(const fm_world *world, fm_column_layout *layout) {
     const fm_device_info *device = &world->context->device;
-    bool half = fm_world_cap(&world->desc) == UINT8_MAX && device->float16;
-    uint32_t longest = (uint32_t)fm_max_u64(world->desc.shape.y, world->desc.shape.z);
-    uint64_t limit = fm_min_u64(device->max_workgroup, device->shared_memory / (half ? 40 : 72));
+    const fm_shape shape = world->desc.shape;
+    const uint32_t longest = (uint32_t)fm_max_u64(shape.y, shape.z);
+    const bool squared = world->desc.format == FM_FIELD_SQUARED_U32;
+    const bool half = fm_world_cap(&world->desc) == UINT8_MAX && device->float16;
     // Registers are a GPU's; a software driver takes half a minute to compile what is unrolled that far.
-    uint32_t fewest = device->kind == FM_DEVICE_SOFTWARE ? 4 : half ? 32 : 16;
-    for (uint32_t rows = fewest; rows <= (half ? 64 : 32); rows *= 2) {
-        uint32_t segments = (uint32_t)fm_div_up(longest, rows);
-        uint32_t lanes = fm_floor_power_of_two(fm_min_u64(half ? 16 : 8, limit / segments));
-        while (segments * lanes < 128 && lanes < 32 && 4 * lanes < world->desc.shape.x) {
-            lanes *= 2;
-        }
-        if ((uint64_t)segments * lanes <= limit && lanes >= 4) {
-            set_layout(world, layout, half ? FM_KERNEL_WORLD_SCAN_F16 : FM_KERNEL_WORLD_SCAN_U32, lanes, rows, 4 * lanes);
-            return FM_OK;
-        }
+    const uint32_t fewest = device->kind == FM_DEVICE_SOFTWARE ? 4 : half ? 32 : 16;
+    fm_column_fit fit;
+    // As the transform's kernels, and for a segment the changes of its rows.
+    const bool fits = squared ? fm_fit_segments(device, longest, FM_SEGMENT_ROWS + 1 + 3, 2, &fit)
+                              : fm_fit_scan(device, longest, shape.x, half, half ? 40 : 72, fewest, &fit);
+    if (!fits) {
+        return fm_fail(FM_ERROR_UNSUPPORTED, "shape is %u x %u x %u: columns of that length do not fit \"%s\"'s shared memory",
+                       shape.x, shape.y, shape.z, device->name);
     }
-    return too_long(world);
-}
-
-static fm_result envelope_layout(const fm_world *world, fm_column_layout *layout) {
-    const fm_device_info *device = &world->context->device;
-    uint32_t longest = (uint32_t)fm_max_u64(world->desc.shape.y, world->desc.shape.z);
-    uint32_t segments = (uint32_t)fm_div_up(longest, ENVELOPE_ROWS);
-    for (uint32_t lanes = 32; lanes > 0; lanes /= 2) {
-        uint64_t bytes = 4 * (uint64_t)segments * ((ENVELOPE_ROWS + 1) * lanes + 3 * lanes + 2);
-        if (bytes <= device->shared_memory && (uint64_t)lanes * segments <= MAX_COLUMN_THREADS &&
-            lanes * segments <= device->max_workgroup) {
-            set_layout(world, layout, FM_KERNEL_WORLD_ENVELOPE, lanes, ENVELOPE_ROWS, lanes);
-            return FM_OK;
-        }
-    }
-    return too_long(world);
+    const uint32_t tile_width = squared ? fit.lanes : 4 * fit.lanes;
+    *layout = (fm_column_layout){.kernel = squared ? FM_KERNEL_WORLD_ENVELOPE
+                                           : half  ? FM_KERNEL_WORLD_SCAN_F16
+                                                   : FM_KERNEL_WORLD_SCAN_U32,
+                                 .lanes = fit.lanes,
+                                 .rows = fit.rows,
+                                 .tile_width = tile_width,
+                                 .segments_y = (uint32_t)fm_div_up(shape.y, fit.rows),
+                                 .segments_z = (uint32_t)fm_div_up(shape.z, fit.rows),
+                                 .tiles = (uint32_t)fm_div_up(shape.x, tile_width)};
+    return FM_OK;
 }
 
 // Places within the buffer of lists.
@@ -131,7 +107,7 @@ fm_result fm_gpu_world_prepare(fm_world *world) {
     if (own->middle) {
         return FM_OK;
     }
-    FM_TRY(world->desc.format == FM_FIELD_SQUARED_U32 ? envelope_layout(world, &own->layout) : scan_layout(world, &own->layout));
+    FM_TRY(set_layout(world, &own->layout));
     own->pitch = (uint32_t)fm_round_up(world->desc.shape.x, 16);
     FM_TRY(create(world, FM_PURPOSE_UPDATE, middle_bytes(world), false, &own->middle));
     fm_result status = create(world, FM_PURPOSE_UPDATE, lists_of(world).bytes, false, &own->lists);
