@@ -1,17 +1,10 @@
 // SPDX-License-Identifier: MIT
-// The columns of a pass: column (slice, x) runs along y in slice z, or along z in slice y when ALONG_Z. Groups own LANES * `wide`
-// adjacent x. Expects `push` (fm_column_push) and the constant ALONG_Z.
+// The columns of a transform's pass. Expects memory.glsl, `push` (fm_column_push) and the constant ALONG_Z.
 
-uint column_rows() {
-    return ALONG_Z ? push.z : push.y;
-}
+#include "rows.glsl"
 
 uint x_end() {
     return push.x_end;
-}
-
-uint column_slices() {
-    return ALONG_Z ? push.y : push.z;
 }
 
 float row_weight() {
@@ -24,11 +17,6 @@ float column_weight() {
 
 uvec3 voxel_at(uint slice, uint n, uint x) {
     return ALONG_Z ? uvec3(x, slice, n) : uvec3(x, n, slice);
-}
-
-// Row of the volume that holds row n of a slice's columns.
-uint64_t row_of(uint slice, uint n) {
-    return ALONG_Z ? slice + uint64_t(n) * push.y : n + uint64_t(slice) * push.y;
 }
 
 fm_address raw_at(uint64_t row, uint x, uint bytes) {

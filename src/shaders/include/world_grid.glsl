@@ -16,22 +16,10 @@ layout(push_constant) uniform push_block {
 };
 
 #include "sites.glsl"
+#include "rows.glsl"
 
 uint x_end() {
     return push.x;
-}
-
-uint column_rows() {
-    return ALONG_Z ? push.z : push.y;
-}
-
-uint column_slices() {
-    return ALONG_Z ? push.y : push.z;
-}
-
-// Row of the volume that holds row n of a slice's columns.
-uint64_t row_of(uint slice, uint n) {
-    return ALONG_Z ? slice + uint64_t(n) * push.y : n + uint64_t(slice) * push.y;
 }
 
 fm_address raw_at(uint64_t row, uint x, uint bytes) {
