@@ -56,7 +56,6 @@ typedef struct bench_render_target {
 bench_render_target bench_render_target_of(uint32_t size, bench_render_mode mode, fm_march march);
 
 extern const char *const bench_render_mode_words[];  // "faces", "shaded", "edited"
-extern const char *const fm_march_words[];           // "skip", "box", "plain"
 
 void bench_render_print_header(FILE *stream);
 void bench_render_print(FILE *stream, const bench_render_result *result, bench_render_target target);

@@ -4,7 +4,6 @@
 #include "words.h"
 
 const char *const bench_render_mode_words[] = {"faces", "shaded", "edited", NULL};
-const char *const fm_march_words[] = {"skip", "box", "plain", NULL};
 
 bench_render_target bench_render_target_of(uint32_t size, bench_render_mode mode, fm_march march) {
     if (march != FM_MARCH_SKIP) {

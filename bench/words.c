@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "words.h"
 
-#include "fathom/world.h"
+#include "fathom/render.h"
 
 #include <stddef.h>
 #include <time.h>
@@ -44,6 +44,20 @@ const char *const fm_field_format_words[] = {
 };
 
 const char *const fm_brush_words[] = {[FM_BRUSH_SPHERE] = "sphere", [FM_BRUSH_BOX] = "box", [FM_BRUSH_LINE] = "line", NULL};
+
+const char *const fm_march_words[] = {[FM_MARCH_SKIP] = "skip", [FM_MARCH_BOX] = "box", [FM_MARCH_PLAIN] = "plain", NULL};
+
+const char *const fm_view_words[] = {
+    [FM_VIEW_COLOR] = "color",
+    [FM_VIEW_STEPS] = "steps",
+    [FM_VIEW_NORMAL] = "normal",
+    [FM_VIEW_DISTANCE] = "distance",
+    [FM_VIEW_SLICE] = "slice",
+    [FM_VIEW_DIFFERENCE] = "difference",
+    NULL,
+};
+
+const char *const fm_shadow_words[] = {[FM_SHADOW_NONE] = "none", [FM_SHADOW_HARD] = "hard", [FM_SHADOW_SOFT] = "soft", NULL};
 
 double fm_now_ms(void) {
     struct timespec time;

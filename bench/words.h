@@ -12,6 +12,9 @@ extern const char *const fm_world_border_words[];       // "padding", "halo", "e
 extern const char *const fm_world_convergence_words[];  // "device", "host"
 extern const char *const fm_field_format_words[];       // "packed", "split-u8", "split-u16", "squared"
 extern const char *const fm_brush_words[];              // "sphere", "box", "line"
+extern const char *const fm_march_words[];              // "skip", "box", "plain"
+extern const char *const fm_view_words[];               // "color", "steps", "normal", "distance", "slice", "difference"
+extern const char *const fm_shadow_words[];             // "none", "hard", "soft"
 
 // Of a clock that only goes forward.
 double fm_now_ms(void);

@@ -372,15 +372,13 @@ static bool read_slice(const render_args *a, render_request *r) {
 }
 
 static bool read_look(const render_args *a, render_request *r) {
-    static const char *const views[] = {"color", "steps", "normal", "distance", "slice", "difference", "colour", NULL};
-    static const char *const shadows[] = {"none", "hard", "soft", NULL};
     static const char *const switches[] = {"on", "off", NULL};
     int march = 0, view = 0, shadow = 0, occlusion = 0;
     fm_shape size;
     double sun[3] = {0};
     if (!cli_word("--march", given(a->march, "skip"), fm_march_words, &march) ||
-        !cli_word("--view", given(a->view, "color"), views, &view) ||
-        !cli_word("--shadow", given(a->shadow, "soft"), shadows, &shadow) ||
+        !cli_word("--view", given(a->view, "color"), fm_view_words, &view) ||
+        !cli_word("--shadow", given(a->shadow, "soft"), fm_shadow_words, &shadow) ||
         !cli_word("--ao", given(a->occlusion, "on"), switches, &occlusion) ||
         !cli_picture("--size", given(a->size, "1280x720"), &size) || !read_slice(a, r) ||
         (a->sun->count && !cli_triple("--sun", a->sun->sval[0], sun))) {
@@ -389,7 +387,7 @@ static bool read_look(const render_args *a, render_request *r) {
     r->desc.width = size.x;
     r->desc.height = size.y;
     r->desc.march = (fm_march)march;
-    r->desc.view = view == 6 ? FM_VIEW_COLOR : (fm_view)view;
+    r->desc.view = (fm_view)view;
     r->desc.shadow = (fm_shadow)shadow;
     r->desc.ambient_occlusion = occlusion == 0;
     r->desc.crosshair = a->crosshair->count > 0;
