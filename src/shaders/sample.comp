@@ -14,18 +14,12 @@ layout(push_constant) uniform push_block {
     fm_sample_push push;
 };
 
+#include "field.glsl"
+
 float distance_at(uvec3 at) {
     uint64_t element = at.x + push.x * (at.y + push.y * uint64_t(at.z));
-    switch (FORMAT) {
-    case FM_GPU_PACKED:
-        return float(ref_u32(push.field + element * 4).v >> 24);
-    case FM_GPU_SPLIT_U8:
-        return float(ref_u8(push.field + element).v);
-    case FM_GPU_SPLIT_U16:
-        return float(ref_u16(push.field + element * 2).v);
-    default:
-        return sqrt(float(ref_u32(push.field + element * 4).v));
-    }
+    float value = float(entry_distance(field_entry(push.field, element)));
+    return FORMAT == FM_GPU_SQUARED_U32 ? sqrt(value) : value;
 }
 
 // The voxel before a position along an axis of `size` voxels, and how far the position is from it towards the next one.

@@ -115,17 +115,7 @@ fm_result fm_host_world_prepare(fm_world *world) {
 }
 
 uint32_t fm_host_distance(const fm_world *world, uint64_t element) {
-    const void *field = world->host->field;
-    switch (world->desc.format) {
-    case FM_FIELD_PACKED:
-        return ((const uint32_t *)field)[element] >> 24;
-    case FM_FIELD_SPLIT_U8:
-        return ((const uint8_t *)field)[element];
-    case FM_FIELD_SPLIT_U16:
-        return ((const uint16_t *)field)[element];
-    default:
-        return ((const uint32_t *)field)[element];
-    }
+    return fm_field_distance(world->desc.format, world->host->field, element);
 }
 
 void fm_host_set_distance(fm_world *world, uint64_t element, uint32_t distance) {

@@ -217,26 +217,6 @@ static fm_result check_array(const fm_world *world, const fm_array *array, const
     return FM_OK;
 }
 
-// Distances of `count` entries, of a run that is short enough for the cache.
-static void entry_distances(fm_field_format format, const void *entries, uint64_t count, uint32_t *distances) {
-    for (uint64_t i = 0; i < count; i++) {
-        switch (format) {
-        case FM_FIELD_PACKED:
-            distances[i] = ((const uint32_t *)entries)[i] >> 24;
-            break;
-        case FM_FIELD_SPLIT_U8:
-            distances[i] = ((const uint8_t *)entries)[i];
-            break;
-        case FM_FIELD_SPLIT_U16:
-            distances[i] = ((const uint16_t *)entries)[i];
-            break;
-        case FM_FIELD_SQUARED_U32:
-            distances[i] = ((const uint32_t *)entries)[i];
-            break;
-        }
-    }
-}
-
 static void store_distances(const fm_array *array, uint64_t first, const uint32_t *distances, uint64_t count) {
     for (uint64_t i = 0; i < count; i++) {
         const uint32_t value = distances[i];
@@ -270,7 +250,9 @@ static void convert_entries(const fm_world *world, const void *entries, uint64_t
     uint32_t run[RUN];
     for (uint64_t done = 0; done < count; done += RUN) {
         const uint64_t length = fm_min_u64(RUN, count - done);
-        entry_distances(format, (const uint8_t *)entries + done * fm_field_width(format), length, run);
+        for (uint64_t i = 0; i < length; i++) {
+            run[i] = fm_field_distance(format, entries, done + i);
+        }
         store_distances(distance, first + done, run, length);
     }
     for (uint64_t i = 0; colors && format == FM_FIELD_PACKED && i < count; i++) {

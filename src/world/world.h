@@ -72,6 +72,19 @@ uint32_t fm_world_cap(const fm_world_desc *desc);
 uint32_t fm_field_width(fm_field_format format);
 // Bytes of a distance by itself, as the exact passes keep it.
 uint32_t fm_lane_width(fm_field_format format);
+// Distance of entry i of a field, or of a part of one.
+static inline uint32_t fm_field_distance(fm_field_format format, const void *entries, uint64_t i) {
+    switch (format) {
+    case FM_FIELD_PACKED:
+        return ((const uint32_t *)entries)[i] >> 24;
+    case FM_FIELD_SPLIT_U8:
+        return ((const uint8_t *)entries)[i];
+    case FM_FIELD_SPLIT_U16:
+        return ((const uint16_t *)entries)[i];
+    default:
+        return ((const uint32_t *)entries)[i];
+    }
+}
 
 // queue.c: edits and dirty boxes that wait for the update.
 typedef struct fm_world_queue fm_world_queue;

@@ -10,6 +10,8 @@ layout(constant_id = 2) const bool SCRATCH = false;  // distances lie in the dom
 layout(constant_id = 3) const bool PADDED = false;   // beyond a domain all is solid
 layout(constant_id = 4) const bool LINKED = false;   // beyond a domain the field is right
 
+#include "field.glsl"
+
 const uint THREADS = gl_WorkGroupSize.x;
 
 layout(push_constant) uniform push_block {
@@ -61,14 +63,7 @@ uint64_t element_of(ivec3 at) {
 }
 
 uint load_field(ivec3 at) {
-    uint64_t element = element_of(at);
-    if (FORMAT == FM_GPU_SPLIT_U8) {
-        return ref_u8(push.field + element).v;
-    }
-    if (FORMAT == FM_GPU_SPLIT_U16) {
-        return ref_u16(push.field + element * 2).v;
-    }
-    return ref_u32(push.field + element * 4).v >> 24;
+    return entry_distance(field_entry(push.field, element_of(at)));
 }
 
 // Of a voxel of air.
