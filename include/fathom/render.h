@@ -59,14 +59,17 @@ typedef struct fm_render_desc {
     bool count;  // gather the statistics, which costs a little
 } fm_render_desc;
 
-// Sums over the newest picture rendered with `count`.
+// Sums over the newest picture rendered with `count`. A read is that of one entry of the field, or of a word of site bits for the
+// steps of FM_MARCH_PLAIN.
 typedef struct fm_render_stats {
-    uint64_t rays;        // primary ones
-    uint64_t hits;        // primary rays that reached a solid voxel
-    uint64_t steps;       // field reads (PLAIN: bit reads) of primary rays, without those of the beams that they start from on
-                          // Vulkan (one for 64 pixels)
-    uint64_t most_steps;  // of one primary ray
-    uint64_t wrong;       // FM_VIEW_DIFFERENCE: pixels that show another voxel or face than FM_MARCH_PLAIN, or the sky
+    uint64_t rays;             // primary ones
+    uint64_t hits;             // primary rays that reached a solid voxel
+    uint64_t steps;            // reads of primary rays, without those of the beams that they start from
+    uint64_t most_steps;       // of one primary ray
+    uint64_t beam_reads;       // of the beams, one for 8 x 8 pixels
+    uint64_t sun_reads;        // of rays towards the sun
+    uint64_t occlusion_reads;  // of ambient occlusion
+    uint64_t wrong;            // FM_VIEW_DIFFERENCE: pixels that show another voxel or face than FM_MARCH_PLAIN, or the sky
 } fm_render_stats;
 
 // Renders into memory of its own. Same thread rule as its context.
@@ -79,11 +82,11 @@ FM_API void fm_renderer_destroy(fm_renderer *renderer);  // waits for the work i
 // Renders a world as it is after its newest update, whatever its format, borders and exactness; asynchronous on Vulkan, complete at
 // `ticket` (NULL: waits). The world belongs to the renderer's context; before its first update it shows air. All voxels nearer to a
 // voxel than its Manhattan distance are air, and so are those nearer than its Euclidean distance rounded up, for the Manhattan
-// distance is never the smaller one: so FM_FIELD_SQUARED_U32 is marched by the root, rounded up. Passes: "beam" (Vulkan,
-// FM_MARCH_SKIP: how far all rays of 8 x 8 pixels can go at once; not for FM_VIEW_DIFFERENCE, nor where the world's method may give
-// distances that are too great) and "march". Errors: FM_ERROR_INVALID_ARGUMENT, also for NULL but for `ticket`;
-// FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the driver fails. The
-// picture before stays the newest unless the wait for this one is what failed.
+// distance is never the smaller one: so FM_FIELD_SQUARED_U32 is marched by the root, rounded up. FM_MARCH_SKIP begins with beams:
+// how far all rays of 8 x 8 pixels can go at once; not for FM_VIEW_DIFFERENCE, nor where the world's method may give distances that
+// are too great. Passes: "beam" (Vulkan; part of "march" on the CPU) and "march". Errors: FM_ERROR_INVALID_ARGUMENT, also for NULL
+// but for `ticket`; FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the
+// driver fails. The picture before stays the newest unless the wait for this one is what failed.
 FM_API fm_result fm_render(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, fm_ticket *ticket);
 
 // Copies the newest picture: `width` * `height` RGBA pixels of 8 bits each (sRGB, opaque), top row first. Waits for it. Errors:
@@ -100,8 +103,8 @@ FM_API fm_result fm_renderer_stats(fm_renderer *renderer, fm_render_stats *stats
 
 // What is under a place in the picture (whole numbers are the pixels' centres): the first solid voxel on its ray and the axis of
 // the face, signed (-x is -1, +z is 3); for placing and deleting with the mouse. Of `desc` camera, size and march matter. Marches
-// one ray on the device or CPU and waits; the newest picture stays as it is. `hit` false: nothing is there, and the other members
-// are 0.
+// one ray on the device or CPU and waits; the newest picture stays as it is. Pass: "pick". `hit` false: nothing is there, and the
+// other members are 0.
 typedef struct fm_pick {
     bool hit;
     int32_t voxel[3];

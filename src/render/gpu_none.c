@@ -19,9 +19,9 @@ fm_result fm_gpu_render_picture(fm_renderer *renderer, const fm_world *world, co
     return unsupported();
 }
 
-fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, float x, float y,
+fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, const float way[3],
                              fm_pick *pick) {
-    (void)renderer, (void)world, (void)picture, (void)x, (void)y, (void)pick;
+    (void)renderer, (void)world, (void)picture, (void)way, (void)pick;
     return unsupported();
 }
 

@@ -2,7 +2,6 @@
 // Pictures on Vulkan: beams for tiles of pixels, then one kernel from ray to pixel.
 
 #include "render/render.h"
-#include "render/trust.h"
 
 #include "world/gpu_world.h"
 
@@ -40,7 +39,7 @@ fm_result fm_gpu_render_create(fm_renderer *renderer) {
     }
     renderer->gpu = own;
     own->gpu = renderer->context->gpu;
-    FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_READBACK, sizeof(uint32_t[6]), false, &own->pick));
+    FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_READBACK, sizeof(fm_gpu_pick), false, &own->pick));
     for (int i = 0; i < IN_FLIGHT; i++) {
         frame *f = &own->frames[i];
         FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_UPLOAD, FM_EXTRA_BYTES, false, &f->extra));
@@ -103,20 +102,14 @@ static bool is_large(const fm_world *world) {
 }
 
 static fm_result dispatch(const fm_gpu_render *own, fm_slot *slot, fm_kernel kernel, const uint32_t *constants, uint32_t count,
-                          const fm_march_push *push, uint64_t groups) {
+                          const void *push, uint32_t push_bytes, uint64_t groups) {
     const fm_dispatch what = {.kernel = kernel,
                               .constants = constants,
                               .constant_count = count,
                               .push = push,
-                              .push_bytes = sizeof *push,
+                              .push_bytes = push_bytes,
                               .groups = groups};
     return fm_commands_dispatch(own->gpu, slot, &what);
-}
-
-// Beams are those of FM_MARCH_SKIP, and end at the same voxels as it where the field is never too far. The difference is that of
-// the march alone.
-static bool wants_beams(const fm_world *world, const fm_render_desc *desc) {
-    return desc->march == FM_MARCH_SKIP && desc->view != FM_VIEW_DIFFERENCE && !fm_may_be_too_far(&world->desc.method);
 }
 
 static fm_result record(const fm_gpu_render *own, const fm_world *world, const fm_picture *picture, const room *to, const frame *f,
@@ -128,14 +121,13 @@ static fm_result record(const fm_gpu_render *own, const fm_world *world, const f
     push.beam = fm_buffer_address(to->beam);
     push.extra = fm_buffer_address(f->extra);
     const uint64_t tiles = tiles_of(desc->width, desc->height);
-    const bool beams = wants_beams(world, desc);
-    const uint32_t constants[] = {world->desc.format,      desc->march,      is_large(world), desc->view,  desc->shadow,
-                                  desc->ambient_occlusion, picture->preview, beams,           desc->count, desc->crosshair};
-    if (beams) {
-        FM_TRY(dispatch(own, slot, FM_KERNEL_MARCH_BEAM, constants, 3, &push, fm_div_up(tiles, BEAM_THREADS)));
+    const uint32_t constants[] = {world->desc.format, desc->march,    is_large(world),         desc->count,      desc->view,
+                                  desc->shadow,       picture->beams, desc->ambient_occlusion, picture->preview, desc->crosshair};
+    if (picture->beams) {
+        FM_TRY(dispatch(own, slot, FM_KERNEL_MARCH_BEAM, constants, 4, &push, sizeof push, fm_div_up(tiles, BEAM_THREADS)));
         fm_commands_pass(own->gpu, slot, "beam", 4 * tiles);
     }
-    FM_TRY(dispatch(own, slot, FM_KERNEL_MARCH, constants, sizeof constants / sizeof constants[0], &push, tiles));
+    FM_TRY(dispatch(own, slot, FM_KERNEL_MARCH, constants, sizeof constants / sizeof constants[0], &push, sizeof push, tiles));
     fm_commands_pass(own->gpu, slot, "march", 4 * (uint64_t)desc->width * desc->height);
     return FM_OK;
 }
@@ -179,25 +171,28 @@ fm_result fm_gpu_render_picture(fm_renderer *renderer, const fm_world *world, co
     return FM_OK;
 }
 
-fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, float x, float y,
+fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, const float way[3],
                              fm_pick *pick) {
     const fm_gpu_render *own = renderer->gpu;
-    fm_march_push push = picture->push;
-    set_world(world, &push);
-    push.picture = fm_buffer_address(own->pick);
-    memcpy(&push.pixels, &x, sizeof x);
-    memcpy(&push.slice, &y, sizeof y);
+    fm_pick_push push = {.field = fm_buffer_address(world->gpu->field),
+                         .bits = fm_buffer_address(world->gpu->bits),
+                         .found = fm_buffer_address(own->pick),
+                         .size_xy = picture->push.size_xy,
+                         .size_z = picture->push.size_z};
+    memcpy(push.origin, picture->push.origin, sizeof push.origin);
+    memcpy(push.way, way, sizeof push.way);
     const uint32_t constants[] = {world->desc.format, picture->desc.march, is_large(world)};
     fm_slot *slot;
     FM_TRY(fm_commands_begin(own->gpu, &slot));
-    FM_TRY(dispatch(own, slot, FM_KERNEL_PICK, constants, 3, &push, 1));
+    FM_TRY(dispatch(own, slot, FM_KERNEL_PICK, constants, 3, &push, sizeof push, 1));
+    fm_commands_pass(own->gpu, slot, "pick", sizeof(fm_gpu_pick));
     FM_TRY(fm_commands_submit(own->gpu, slot, NULL));
-    const uint32_t *words = fm_buffer_mapped(own->pick);
-    *pick = (fm_pick){.hit = words[0] != 0};
+    const fm_gpu_pick *found = fm_buffer_mapped(own->pick);
+    *pick = (fm_pick){.hit = found->hit != 0};
     if (pick->hit) {
-        memcpy(pick->voxel, words + 1, sizeof pick->voxel);
-        memcpy(&pick->face, words + 4, sizeof pick->face);
-        memcpy(&pick->distance, words + 5, sizeof pick->distance);
+        memcpy(pick->voxel, found->voxel, sizeof pick->voxel);
+        pick->face = found->face;
+        pick->distance = found->distance;
     }
     return FM_OK;
 }
@@ -216,10 +211,17 @@ fm_result fm_gpu_render_stats(fm_renderer *renderer) {
     const frame *f = &own->frames[own->counted];
     FM_TRY(fm_gpu_wait(own->gpu, f->ticket));
     const uint32_t *words = fm_buffer_mapped(f->stats);
-    renderer->stats = (fm_render_stats){.rays = words[FM_STATS_RAYS] | (uint64_t)words[FM_STATS_RAYS + 1] << 32,
-                                        .hits = words[FM_STATS_HITS] | (uint64_t)words[FM_STATS_HITS + 1] << 32,
-                                        .steps = words[FM_STATS_STEPS] | (uint64_t)words[FM_STATS_STEPS + 1] << 32,
+    uint64_t sums[FM_SUM_COUNT];
+    for (int i = 0; i < FM_SUM_COUNT; i++) {
+        sums[i] = words[2 * i] | (uint64_t)words[2 * i + 1] << 32;
+    }
+    renderer->stats = (fm_render_stats){.rays = sums[FM_SUM_RAYS],
+                                        .hits = sums[FM_SUM_HITS],
+                                        .steps = sums[FM_SUM_STEPS],
                                         .most_steps = words[FM_STATS_MOST],
-                                        .wrong = words[FM_STATS_WRONG] | (uint64_t)words[FM_STATS_WRONG + 1] << 32};
+                                        .beam_reads = sums[FM_SUM_BEAM],
+                                        .sun_reads = sums[FM_SUM_SUN],
+                                        .occlusion_reads = sums[FM_SUM_OPEN],
+                                        .wrong = sums[FM_SUM_WRONG]};
     return FM_OK;
 }

@@ -211,10 +211,59 @@ static inline int fm_face_of(const fm_ray *ray, const fm_vec3 *cell, float *time
     return enter.v[2] >= enter.v[0] && enter.v[2] >= enter.v[1] ? 2 : enter.v[1] >= enter.v[0] ? 1 : 0;
 }
 
-static inline void fm_pixel_way(const fm_march_push *push, float x, float y, float way[3]) {
+static inline float fm_manhattan(const float v[3]) {
+    return fabsf(v[0]) + fabsf(v[1]) + fabsf(v[2]);
+}
+
+// Manhattan steps that the field vouches for around any place: outside of the world the way to it is added.
+static inline float fm_steps_around(const fm_grid *grid, const float at[3]) {
+    fm_cell nearest;
+    float gap = 0;
     for (int i = 0; i < 3; i++) {
-        way[i] = (push->corner[i] + push->right[i] * x) + push->down[i] * y;
+        const float whole = floorf(at[i]), last = (float)(grid->axes[i] - 1);
+        const float inside = whole < 0 ? 0 : whole > last ? last : whole;
+        nearest.v[i] = (int32_t)inside;
+        gap += fabsf(whole - inside);
     }
+    return (float)fm_steps_at(grid, &nearest) + gap;
+}
+
+// march_beam.comp: the time up to which all rays of a tile meet nothing but air.
+static inline float fm_beam_end(const fm_grid *grid, const fm_march_push *push, uint32_t tile_x, uint32_t tile_y, uint32_t *reads) {
+    const float half = 0.5f * (FM_TILE - 1);
+    float way[3], sums[3], differences[3], from_middle[3], size[3];
+    fm_pixel_way(push, (float)(tile_x * FM_TILE) + half, (float)(tile_y * FM_TILE) + half, way);
+    for (int i = 0; i < 3; i++) {
+        size[i] = (float)grid->axes[i];
+        sums[i] = push->right[i] + push->down[i];
+        differences[i] = push->right[i] - push->down[i];
+        from_middle[i] = push->origin[i] - 0.5f * size[i];
+    }
+    const float spread = half * fmaxf(fm_manhattan(sums), fm_manhattan(differences)) * 1.001f + 1e-6f;
+    const float speed = fm_manhattan(way);
+    const float far = (fm_manhattan(from_middle) + fm_manhattan(size)) / speed;
+    float time = 0;
+    for (int i = 0; i < FM_BEAM_READS && time < far; i++) {
+        const float at[3] = {push->origin[0] + way[0] * time, push->origin[1] + way[1] * time, push->origin[2] + way[2] * time};
+        (*reads)++;
+        const float room = fm_steps_around(grid, at) - FM_BEAM_APART - spread * time;
+        if (room < 1) {
+            break;
+        }
+        time += room / (spread + speed);
+    }
+    return fminf(time, far);
+}
+
+// Where the tile's beam ends, unless rounding puts that beside the path.
+static inline fm_vec3 fm_skip_ahead(const fm_ray *ray, fm_vec3 start, float time, float beam) {
+    if (beam > time) {
+        const fm_vec3 ahead = fm_cell_at(ray, beam);
+        if (fm_most(fm_enter_times(ray, &ahead)) < fm_least(fm_leave_times(ray, &ahead))) {
+            return ahead;
+        }
+    }
+    return start;
 }
 
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Pictures on the CPU: rows of pixels on the pool, as shaders/march.comp has them, without its beams.
+// Pictures on the CPU: rows of tiles on the pool, as shaders/march_beam.comp and shaders/march.comp have them.
 
 #include "render/host_shade.h"
 
@@ -10,12 +10,19 @@ typedef struct found {
     bool solid;
     fm_vec3 cell;
     uint32_t reads;
+    fm_light_reads light;
 } found;
+
+// A pixel to be: its place, and the end of its tile's beam.
+typedef struct pixel {
+    uint32_t x, y;
+    float beam;
+} pixel;
 
 typedef struct render_job {
     fm_scenery scenery;
     uint32_t *pixels;
-    fm_render_stats *stats;  // of each worker; NULL: not wanted
+    fm_render_stats *stats;  // of each worker
 } render_job;
 
 static found find(const fm_grid *grid, const fm_ray *ray, fm_vec3 start, fm_march how) {
@@ -46,17 +53,17 @@ static float length_of(const float v[3]) {
     return sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
-static fm_vec3 light_of_found(const fm_scenery *scenery, const fm_ray *ray, const float way[3], const found *what) {
+static fm_vec3 light_of_found(const fm_scenery *scenery, const fm_ray *ray, const float way[3], found *what) {
     const fm_picture *picture = scenery->picture;
     const fm_view view = picture->desc.view;
     if (!what->solid) {
-        return view == FM_VIEW_COLOR || view == FM_VIEW_SLICE ? fm_sky_light(&picture->push, way) : grey(0.01f);
+        return view == FM_VIEW_COLOR || view == FM_VIEW_SLICE ? fm_sky_light(&picture->push, way) : grey(FM_NOTHING);
     }
     const fm_hit hit = fm_hit_of(ray, &what->cell);
     if (view == FM_VIEW_NORMAL) {
         fm_vec3 light;
         for (int i = 0; i < 3; i++) {
-            const float v = 0.5f + 0.45f * (float)hit.normal.v[i];
+            const float v = FM_NORMAL_MIDDLE + FM_NORMAL_PART * (float)hit.normal.v[i];
             light.v[i] = v * v;
         }
         return light;
@@ -65,20 +72,21 @@ static fm_vec3 light_of_found(const fm_scenery *scenery, const fm_ray *ray, cons
         const float far = hit.time * length_of(way);
         return fm_light_of_map(scenery->map, 1 - far / (far + fm_most(ray->size)));
     }
-    const fm_vec3 light = fm_surface_light(scenery, &hit);
-    return view == FM_VIEW_DIFFERENCE ? grey(0.5f * (light.v[0] * 0.3f + light.v[1] * 0.6f + light.v[2] * 0.1f)) : light;
+    static const float weights[3] = {FM_GREY};
+    const fm_vec3 light = fm_surface_light(scenery, &hit, &what->light);
+    return view == FM_VIEW_DIFFERENCE ? grey(light.v[0] * weights[0] + light.v[1] * weights[1] + light.v[2] * weights[2]) : light;
 }
 
 static bool same_cell(const fm_vec3 *a, const fm_vec3 *b) {
     return memcmp(a, b, sizeof *a) == 0;
 }
 
-static fm_vec3 light_of_pixel(const fm_scenery *scenery, float x, float y, found *what, bool *wrong) {
+static fm_vec3 light_of_pixel(const fm_scenery *scenery, const pixel *at, found *what, bool *wrong) {
     const fm_picture *picture = scenery->picture;
     const fm_grid *grid = &scenery->grid;
     const fm_view view = picture->desc.view;
     float way[3], slice_at[3];
-    fm_pixel_way(&picture->push, x, y, way);
+    fm_pixel_way(&picture->push, (float)at->x, (float)at->y, way);
     const fm_ray ray = fm_make_ray(grid, picture->push.origin, way);
     float time = fm_entry_time(&ray);
     bool cut = false;
@@ -86,15 +94,16 @@ static fm_vec3 light_of_pixel(const fm_scenery *scenery, float x, float y, found
         bool within;
         const float slice = slice_time(grid, picture, way, slice_at, &within);
         if (within) {
-            return fm_slice_light(scenery, slice_at, 0.6f * slice * length_of(picture->push.right));
+            return fm_slice_light(scenery, slice_at, FM_LINE_WIDTH * slice * length_of(picture->push.right));
         }
         cut = slice < 0;
         time = slice > time ? slice : time;
     }
     const fm_vec3 start = fm_cell_at(&ray, time);
-    *what = cut ? (found){.cell = start} : find(grid, &ray, start, picture->desc.march);
+    const fm_vec3 from = picture->beams ? fm_skip_ahead(&ray, start, time, at->beam) : start;
+    *what = cut ? (found){.cell = start} : find(grid, &ray, from, picture->desc.march);
     if (view == FM_VIEW_STEPS) {
-        return fm_light_of_map(scenery->map, log2f(1 + (float)what->reads) * 0.125f);
+        return fm_light_of_map(scenery->map, log2f(1 + (float)what->reads) * FM_STEPS_SCALE);
     }
     if (view == FM_VIEW_DIFFERENCE) {
         const found right = find(grid, &ray, start, FM_MARCH_PLAIN);
@@ -118,25 +127,54 @@ static void count_pixel(fm_render_stats *stats, const found *what, bool wrong) {
     stats->rays++;
     stats->hits += what->solid;
     stats->steps += what->reads;
+    stats->sun_reads += what->light.sun;
+    stats->occlusion_reads += what->light.open;
     stats->most_steps = fm_max_u64(stats->most_steps, what->reads);
     stats->wrong += wrong;
 }
 
-static void run_rows(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
-    render_job *job = user;
+static void run_tile(const render_job *job, uint32_t tile_x, uint32_t tile_y, fm_render_stats *stats) {
     const fm_render_desc *desc = &job->scenery.picture->desc;
-    for (uint64_t y = begin; y < end; y++) {
-        for (uint32_t x = 0; x < desc->width; x++) {
+    const uint32_t x_end = (uint32_t)fm_min_u64((tile_x + 1) * FM_TILE, desc->width);
+    const uint32_t y_end = (uint32_t)fm_min_u64((tile_y + 1) * FM_TILE, desc->height);
+    pixel at = {.beam = 0};
+    if (job->scenery.picture->beams) {
+        uint32_t reads = 0;
+        at.beam = fm_beam_end(&job->scenery.grid, &job->scenery.picture->push, tile_x, tile_y, &reads);
+        stats->beam_reads += reads;
+    }
+    for (at.y = tile_y * FM_TILE; at.y < y_end; at.y++) {
+        for (at.x = tile_x * FM_TILE; at.x < x_end; at.x++) {
             found what = {0};
             bool wrong = false;
-            const fm_vec3 light = light_of_pixel(&job->scenery, (float)x, (float)y, &what, &wrong);
-            const uint32_t color = fm_pack_light(light);
-            job->pixels[y * desc->width + x] = desc->crosshair ? with_crosshair(color, x, (uint32_t)y, desc) : color;
-            if (job->stats) {
-                count_pixel(&job->stats[worker], &what, wrong);
-            }
+            const uint32_t color = fm_pack_light(light_of_pixel(&job->scenery, &at, &what, &wrong));
+            job->pixels[(uint64_t)at.y * desc->width + at.x] = desc->crosshair ? with_crosshair(color, at.x, at.y, desc) : color;
+            count_pixel(stats, &what, wrong);
         }
     }
+}
+
+static void add_stats(fm_render_stats *sum, const fm_render_stats *stats) {
+    sum->rays += stats->rays;
+    sum->hits += stats->hits;
+    sum->steps += stats->steps;
+    sum->beam_reads += stats->beam_reads;
+    sum->sun_reads += stats->sun_reads;
+    sum->occlusion_reads += stats->occlusion_reads;
+    sum->wrong += stats->wrong;
+    sum->most_steps = fm_max_u64(sum->most_steps, stats->most_steps);
+}
+
+static void run_rows(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
+    render_job *job = user;
+    const uint32_t tiles = (uint32_t)fm_div_up(job->scenery.picture->desc.width, FM_TILE);
+    fm_render_stats stats = {0};
+    for (uint64_t y = begin; y < end; y++) {
+        for (uint32_t x = 0; x < tiles; x++) {
+            run_tile(job, x, (uint32_t)y, &stats);
+        }
+    }
+    add_stats(&job->stats[worker], &stats);
 }
 
 static fm_result make_room(fm_renderer *renderer, uint64_t bytes) {
@@ -156,49 +194,37 @@ static fm_result make_room(fm_renderer *renderer, uint64_t bytes) {
     return FM_OK;
 }
 
-static fm_render_stats sum_of(const fm_render_stats *stats, uint32_t count) {
-    fm_render_stats sum = {0};
-    for (uint32_t i = 0; i < count; i++) {
-        sum.rays += stats[i].rays;
-        sum.hits += stats[i].hits;
-        sum.steps += stats[i].steps;
-        sum.wrong += stats[i].wrong;
-        sum.most_steps = fm_max_u64(sum.most_steps, stats[i].most_steps);
-    }
-    return sum;
-}
-
 fm_result fm_host_render(fm_renderer *renderer, const fm_world *world, const fm_picture *picture) {
     const fm_render_desc *desc = &picture->desc;
     const uint64_t bytes = 4 * (uint64_t)desc->width * desc->height;
     const fm_allocator *allocator = &renderer->context->allocator;
     const uint32_t workers = fm_pool_threads(renderer->context->pool);
-    render_job job = {.scenery = {fm_grid_of(world), picture, renderer->map}};
-    if (desc->count) {
-        job.stats = fm_alloc_zero(allocator, workers * sizeof *job.stats, "a picture's sums");
-        if (!job.stats) {
-            return FM_ERROR_OUT_OF_HOST_MEMORY;
-        }
+    render_job job = {.scenery = {fm_grid_of(world), picture, renderer->map},
+                      .stats = fm_alloc_zero(allocator, workers * sizeof *job.stats, "a picture's sums")};
+    if (!job.stats) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     // The last that can fail: until here the newest picture is untouched.
     const fm_result result = make_room(renderer, bytes);
     if (result == FM_OK) {
         job.pixels = renderer->pixels;
         fm_passes_begin(renderer->context);
-        fm_pool_run(renderer->context->pool, desc->height, 4, run_rows, &job);
+        fm_pool_run(renderer->context->pool, fm_div_up(desc->height, FM_TILE), 1, run_rows, &job);
         fm_passes_end(renderer->context, "march", bytes);
-        if (job.stats) {
-            renderer->stats = sum_of(job.stats, workers);
+        if (desc->count) {
+            renderer->stats = (fm_render_stats){0};
+            for (uint32_t i = 0; i < workers; i++) {
+                add_stats(&renderer->stats, &job.stats[i]);
+            }
         }
     }
     fm_free(allocator, job.stats, workers * sizeof *job.stats);
     return result;
 }
 
-void fm_host_pick(const fm_world *world, const fm_picture *picture, float x, float y, fm_pick *pick) {
+void fm_host_pick(const fm_world *world, const fm_picture *picture, const float way[3], fm_pick *pick) {
     const fm_grid grid = fm_grid_of(world);
-    float way[3];
-    fm_pixel_way(&picture->push, x, y, way);
+    fm_passes_begin(world->context);
     const fm_ray ray = fm_make_ray(&grid, picture->push.origin, way);
     const found what = find(&grid, &ray, fm_cell_at(&ray, fm_entry_time(&ray)), picture->desc.march);
     *pick = (fm_pick){.hit = what.solid};
@@ -210,4 +236,5 @@ void fm_host_pick(const fm_world *world, const fm_picture *picture, float x, flo
             pick->face += hit.normal.v[i] * (i + 1);
         }
     }
+    fm_passes_end(world->context, "pick", sizeof(fm_gpu_pick));
 }

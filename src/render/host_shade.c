@@ -5,8 +5,6 @@
 
 #include "world/brush.h"
 
-#define PENUMBRA 12.0f
-
 static float mix(float a, float b, float part) {
     return a + (b - a) * part;
 }
@@ -42,20 +40,20 @@ fm_vec3 fm_light_of_map(const uint32_t map[256], float part) {
 }
 
 fm_vec3 fm_sky_light(const fm_march_push *push, const float way[3]) {
-    static const fm_vec3 zenith = {{0.10f, 0.24f, 0.56f}}, horizon = {{0.56f, 0.68f, 0.82f}}, ground = {{0.30f, 0.32f, 0.36f}};
-    static const float sun[3] = {1.0f, 0.85f, 0.6f};
+    static const fm_vec3 zenith = {{FM_ZENITH}}, horizon = {{FM_HORIZON}}, below = {{FM_BELOW}};
+    static const float sun[3] = {FM_GLOW};
     const float scale = 1 / sqrtf(dot(way, way));
     const float height = way[2] * scale;
     const float rise = 1 - (height > 0 ? height : 0);
     fm_vec3 light = mix_light(zenith, horizon, rise * rise * rise);
-    light = mix_light(light, ground, clamp(-6 * height, 0, 1));
+    light = mix_light(light, below, clamp(-FM_DUSK * height, 0, 1));
     const float near = fmaxf(dot(way, push->sun) * scale, 0);
     float glow = near * near;
     for (int i = 0; i < 4; i++) {
         glow *= glow;
     }
     for (int i = 0; i < 3; i++) {
-        light.v[i] += sun[i] * (0.25f * glow + clamp((near - 0.9993f) * 4000, 0, 1));
+        light.v[i] += sun[i] * (FM_GLOW_PART * glow + clamp((near - FM_SUN_EDGE) * FM_SUN_SHARP, 0, 1));
     }
     return light;
 }
@@ -67,13 +65,13 @@ static fm_vec3 albedo_of(const fm_grid *grid, const fm_cell *voxel) {
     const uint32_t color = host->colors ? host->colors[element] : ((const uint32_t *)host->field)[element] & 0xff;
     fm_vec3 light = {{(float)(color >> 5 & 7) / 7, (float)(color >> 2 & 7) / 7, (float)(color & 3) / 3}};
     for (int i = 0; i < 3; i++) {
-        const float v = 0.05f + 0.95f * light.v[i];
+        const float v = FM_DARKEST + (1 - FM_DARKEST) * light.v[i];
         light.v[i] = v * v;
     }
     return light;
 }
 
-static float sunlight(const fm_scenery *scenery, const fm_hit *hit) {
+static float sunlight(const fm_scenery *scenery, const fm_hit *hit, uint32_t *reads) {
     const fm_grid *grid = &scenery->grid;
     const bool soft = scenery->picture->desc.shadow == FM_SHADOW_SOFT;
     const fm_ray ray = fm_make_ray(grid, hit->at.v, scenery->picture->push.sun);
@@ -86,11 +84,12 @@ static float sunlight(const fm_scenery *scenery, const fm_hit *hit) {
     while (fm_inside(&ray, &cell)) {
         const fm_cell at = fm_unmirror(&ray, &cell);
         const float steps = (float)fm_steps_at(grid, &at);
+        (*reads)++;
         if (steps <= 0) {
             return 0;
         }
         if (soft) {
-            open = fminf(open, (steps - 0.5f) * PENUMBRA / fmaxf(time, 1e-3f));
+            open = fminf(open, (steps - 0.5f) * FM_PENUMBRA / fmaxf(time, 1e-3f));
         }
         time = fm_go_ahead(&ray, &cell, steps, FM_MARCH_SKIP);
     }
@@ -113,18 +112,19 @@ static float length_between(const fm_grid *grid, fm_cell first, const float at[3
     return mix(row[0], row[1], part_v);
 }
 
-static float openness(const fm_grid *grid, const fm_hit *hit) {
-    static const int places[3] = {1, 3, 6};
-    static const float weights[3] = {0.45f, 0.30f, 0.25f};
+static float openness(const fm_grid *grid, const fm_hit *hit, uint32_t *reads) {
+    static const int places[FM_OPEN_COUNT] = {FM_OPEN_PLACES};
+    static const float weights[FM_OPEN_COUNT] = {FM_OPEN_WEIGHTS};
     const int axis = hit->normal.v[0] ? 0 : hit->normal.v[1] ? 1 : 2;
     float closed = 0;
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < FM_OPEN_COUNT; i++) {
         fm_cell at = hit->voxel;
         at.v[axis] += hit->normal.v[axis] * places[i];
         const float length = length_between(grid, at, hit->at.v, axis);
         closed += weights[i] * fmaxf(1 - length / (float)places[i], 0);
     }
-    return 1 - 0.85f * closed;
+    *reads += 4 * FM_OPEN_COUNT;
+    return 1 - FM_OPEN_PART * closed;
 }
 
 static bool covers(const fm_gpu_brush *brush, fm_cell at) {
@@ -142,20 +142,20 @@ static fm_vec3 tint(const fm_gpu_brush *brush, fm_vec3 light, const fm_hit *hit)
         behind.v[i] += hit->normal.v[i] == 0;
         edge = edge || !covers(brush, before) || !covers(brush, behind);
     }
-    return mix_light(light, (fm_vec3){{1.0f, 0.75f, 0.1f}}, edge ? 0.85f : 0.4f);
+    return mix_light(light, (fm_vec3){{FM_TINT}}, edge ? FM_TINT_EDGE : FM_TINT_PART);
 }
 
-fm_vec3 fm_surface_light(const fm_scenery *scenery, const fm_hit *hit) {
-    static const float sun_light[3] = {1.05f, 0.97f, 0.82f}, sky_light[3] = {0.36f, 0.43f, 0.54f};
+fm_vec3 fm_surface_light(const fm_scenery *scenery, const fm_hit *hit, fm_light_reads *reads) {
+    static const float sun_light[3] = {FM_SUN_LIGHT}, sky_light[3] = {FM_AMBIENT_LIGHT};
     const fm_picture *picture = scenery->picture;
     const float normal[3] = {(float)hit->normal.v[0], (float)hit->normal.v[1], (float)hit->normal.v[2]};
     float sun = fmaxf(dot(normal, picture->push.sun), 0);
     if (picture->desc.shadow != FM_SHADOW_NONE && sun > 0) {
-        sun *= sunlight(scenery, hit);
+        sun *= sunlight(scenery, hit, &reads->sun);
     }
-    float ambient = 0.82f + 0.18f * normal[2] - 0.10f * fabsf(normal[0]);
+    float ambient = FM_AMBIENT + FM_AMBIENT_UP * normal[2] - FM_AMBIENT_SIDE * fabsf(normal[0]);
     if (picture->desc.ambient_occlusion && (normal[0] != 0 || normal[1] != 0 || normal[2] != 0)) {
-        ambient *= openness(&scenery->grid, hit);
+        ambient *= openness(&scenery->grid, hit, &reads->open);
     }
     fm_vec3 light = albedo_of(&scenery->grid, &hit->voxel);
     for (int i = 0; i < 3; i++) {
@@ -173,12 +173,13 @@ fm_vec3 fm_slice_light(const fm_scenery *scenery, const float at[3], float width
     }
     if (fm_length_at(grid, &voxel) <= 0) {
         fm_vec3 light = albedo_of(grid, &voxel);
-        return (fm_vec3){{light.v[0] * 0.8f, light.v[1] * 0.8f, light.v[2] * 0.8f}};
+        return (fm_vec3){{light.v[0] * FM_SLICE_SOLID, light.v[1] * FM_SLICE_SOLID, light.v[2] * FM_SLICE_SOLID}};
     }
     const float value = length_between(grid, voxel, at, (int)scenery->picture->desc.slice_axis);
-    const float off = fabsf(value - 8 * floorf(value * 0.125f + 0.5f));
-    const float line = clamp(1.5f - off / fmaxf(width, 0.08f), 0, 1);
-    return mix_light(fm_light_of_map(scenery->map, value / (value + 24)), (fm_vec3){{0.02f, 0.02f, 0.02f}}, 0.8f * line);
+    const float off = fabsf(value - FM_LINE_EVERY * floorf(value * (1 / FM_LINE_EVERY) + 0.5f));
+    const float line = clamp(1.5f - off / fmaxf(width, FM_LINE_LEAST), 0, 1);
+    const fm_vec3 light = fm_light_of_map(scenery->map, value / (value + FM_SLICE_HALF));
+    return mix_light(light, (fm_vec3){{FM_LINE_LIGHT, FM_LINE_LIGHT, FM_LINE_LIGHT}}, FM_LINE_PART * line);
 }
 
 fm_hit fm_hit_of(const fm_ray *ray, const fm_vec3 *cell) {

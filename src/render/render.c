@@ -1,50 +1,26 @@
 // SPDX-License-Identifier: MIT
-// The public calls of the renderer, and what a camera is in numbers. Arguments are checked here, and nowhere below.
+// The public calls of the renderer. Arguments are checked here, and nowhere below.
 
 #include "render/render.h"
 
 #include "fathom/io.h"
 #include "gpu/gpu.h"
+#include "render/trust.h"
 #include "world/brush.h"
 
 #include <math.h>
 #include <string.h>
 
-// Positions beyond this are too coarse in floats to tell the voxels that a ray passes.
-enum { FARTHEST = 1 << 19 };
-
+_Static_assert(FM_GPU_MARCH_SKIP == FM_MARCH_SKIP && FM_GPU_MARCH_BOX == FM_MARCH_BOX && FM_GPU_MARCH_PLAIN == FM_MARCH_PLAIN,
+               "marches are numbered alike");
+_Static_assert(FM_GPU_VIEW_COLOR == FM_VIEW_COLOR && FM_GPU_VIEW_STEPS == FM_VIEW_STEPS && FM_GPU_VIEW_NORMAL == FM_VIEW_NORMAL &&
+                   FM_GPU_VIEW_DISTANCE == FM_VIEW_DISTANCE && FM_GPU_VIEW_SLICE == FM_VIEW_SLICE &&
+                   FM_GPU_VIEW_DIFFERENCE == FM_VIEW_DIFFERENCE,
+               "views are numbered alike");
+_Static_assert(FM_GPU_SHADOW_NONE == FM_SHADOW_NONE && FM_GPU_SHADOW_HARD == FM_SHADOW_HARD && FM_GPU_SHADOW_SOFT == FM_SHADOW_SOFT,
+               "shadows are numbered alike");
 _Static_assert(FM_EXTRA_MAP == FM_EXTRA_BRUSH + sizeof(fm_gpu_brush) && FM_EXTRA_BYTES == FM_EXTRA_MAP + 4 * 256,
                "shared.h says where the parts lie");
-
-static bool all_finite(const float v[3]) {
-    return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
-}
-
-static bool all_zero(const float v[3]) {
-    return v[0] == 0 && v[1] == 0 && v[2] == 0;
-}
-
-static fm_result check_camera(const fm_camera *camera) {
-    for (int i = 0; i < 3; i++) {
-        if (!(fabsf(camera->position[i]) <= FARTHEST)) {
-            return fm_fail(FM_ERROR_INVALID_ARGUMENT, "camera.position has %c = %g: -%d to %d is accepted", "xyz"[i],
-                           (double)camera -> position[i], FARTHEST, FARTHEST);
-        }
-    }
-    if (!all_finite(camera->forward) || all_zero(camera->forward)) {
-        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "camera.forward is %g, %g, %g: finite numbers, not all 0, are wanted",
-                       (double)camera->forward[0], (double)camera->forward[1], (double)camera->forward[2]);
-    }
-    if (!all_finite(camera->up)) {
-        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "camera.up is %g, %g, %g: finite numbers are wanted", (double)camera->up[0],
-                       (double)camera->up[1], (double)camera->up[2]);
-    }
-    if (!(camera->fov_y >= 0 && camera->fov_y < 180)) {
-        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "camera.fov_y is %g: above 0 and below 180 degrees, or 0 for 60, is accepted",
-                       (double)camera->fov_y);
-    }
-    return FM_OK;
-}
 
 static fm_result check_view(const fm_render_desc *desc, fm_shape shape) {
     if ((unsigned)desc->march > FM_MARCH_PLAIN) {
@@ -56,7 +32,7 @@ static fm_result check_view(const fm_render_desc *desc, fm_shape shape) {
     if ((unsigned)desc->shadow > FM_SHADOW_SOFT) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "shadow is %d: not an fm_shadow", (int)desc->shadow);
     }
-    if (!all_finite(desc->sun)) {
+    if (!fm_all_finite(desc->sun)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "sun is %g, %g, %g: finite numbers are wanted", (double)desc->sun[0],
                        (double)desc->sun[1], (double)desc->sun[2]);
     }
@@ -74,63 +50,6 @@ static fm_result check_view(const fm_render_desc *desc, fm_shape shape) {
     return FM_OK;
 }
 
-static void cross(const double a[3], const double b[3], double out[3]) {
-    for (int i = 0; i < 3; i++) {
-        out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-    }
-}
-
-// Scales to length 1; false for a vector of no length.
-static bool normalize(double v[3]) {
-    const double most = fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
-    if (!(most > 0)) {
-        return false;
-    }
-    double sum = 0;
-    for (int i = 0; i < 3; i++) {
-        v[i] /= most;
-        sum += v[i] * v[i];
-    }
-    for (int i = 0; i < 3; i++) {
-        v[i] /= sqrt(sum);
-    }
-    return true;
-}
-
-static void widen(const float from[3], double to[3]) {
-    for (int i = 0; i < 3; i++) {
-        to[i] = (double)from[i];
-    }
-}
-
-static void set_camera(const fm_render_desc *desc, fm_march_push *push) {
-    double forward[3], up[3], right[3], down[3];
-    widen(desc->camera.forward, forward);
-    normalize(forward);
-    widen(desc->camera.up, up);
-    if (!normalize(up)) {
-        memcpy(up, (const double[3]){0, 0, 1}, sizeof up);
-    }
-    cross(forward, up, right);
-    if (right[0] * right[0] + right[1] * right[1] + right[2] * right[2] < 1e-12) {
-        // Straight up or down: +y stays at the top of the picture, or, where that is the view, +x.
-        const double other[3] = {fabs(forward[1]) > 0.9, fabs(forward[1]) <= 0.9, 0};
-        cross(forward, other, right);
-    }
-    normalize(right);
-    cross(forward, right, down);
-    const double fov = desc->camera.fov_y > 0 ? (double)desc->camera.fov_y : 60;
-    const double pixel = 2 * tan(fov * (3.14159265358979323846 / 360)) / desc->height;
-    for (int i = 0; i < 3; i++) {
-        // Voxels are centred on whole numbers for the caller and begin there for the march.
-        push->origin[i] = desc->camera.position[i] + 0.5f;
-        push->right[i] = (float)(right[i] * pixel);
-        push->down[i] = (float)(down[i] * pixel);
-        push->corner[i] =
-            (float)(forward[i] + right[i] * pixel * (0.5 - 0.5 * desc->width) + down[i] * pixel * (0.5 - 0.5 * desc->height));
-    }
-}
-
 static fm_result make_picture(const fm_renderer *renderer, const fm_world *world, const fm_render_desc *desc, fm_picture *picture) {
     if (!renderer || !world || !desc) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", !renderer ? "renderer" : world ? "desc" : "world");
@@ -142,7 +61,7 @@ static fm_result make_picture(const fm_renderer *renderer, const fm_world *world
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "the picture is %u x %u: 1 to %d pixels a side are accepted", desc->width,
                        desc->height, FM_MAX_PIXELS);
     }
-    FM_TRY(check_camera(&desc->camera));
+    FM_TRY(fm_camera_check(&desc->camera));
     FM_TRY(check_view(desc, world->desc.shape));
     *picture = (fm_picture){.desc = *desc};
     if (desc->preview) {
@@ -153,19 +72,14 @@ static fm_result make_picture(const fm_renderer *renderer, const fm_world *world
     }
     const fm_shape shape = world->desc.shape;
     fm_march_push *push = &picture->push;
-    set_camera(desc, push);
-    double sun[3];
-    widen(desc->sun, sun);
-    if (!normalize(sun)) {
-        memcpy(sun, (const double[3]){0.48, -0.56, 0.6757}, sizeof sun);
-        normalize(sun);
-    }
-    for (int i = 0; i < 3; i++) {
-        push->sun[i] = (float)sun[i];
-    }
+    fm_camera_rays(desc, push);
+    fm_sun_way(desc->sun, push->sun);
     push->size_xy = shape.x | shape.y << 16;
     push->size_z = shape.z;
     push->pixels = desc->width | desc->height << 16;
+    // Beams are those of FM_MARCH_SKIP, and end at the same voxels as it where the field is never too far. The difference is that
+    // of the march alone.
+    picture->beams = desc->march == FM_MARCH_SKIP && desc->view != FM_VIEW_DIFFERENCE && !fm_may_be_too_far(&world->desc.method);
     push->slice = desc->view == FM_VIEW_SLICE ? desc->slice_axis | (uint32_t)desc->slice_index << 2 : 0;
     return FM_OK;
 }
@@ -277,9 +191,11 @@ fm_result fm_render_pick(fm_renderer *renderer, fm_world *world, const fm_render
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "pixel_x, pixel_y are %g, %g: -%d to %d is accepted", (double)x, (double)y,
                        FM_MAX_PIXELS, FM_MAX_PIXELS);
     }
+    float way[3];
+    fm_pixel_way(&picture.push, x, y, way);
     if (renderer->gpu) {
-        return fm_gpu_render_pick(renderer, world, &picture, x, y, pick);
+        return fm_gpu_render_pick(renderer, world, &picture, way, pick);
     }
-    fm_host_pick(world, &picture, x, y, pick);
+    fm_host_pick(world, &picture, way, pick);
     return FM_OK;
 }

@@ -2,13 +2,14 @@
 #ifndef FM_RENDER_H
 #define FM_RENDER_H
 
-// A renderer as its parts see it. render.c checks arguments and turns a descriptor into a picture's constants; host_render.c and
-// gpu_render.c make the picture from these, with the same arithmetic.
+// A renderer as its parts see it. render.c checks arguments and turns a descriptor into a picture's constants, camera.c those of
+// its rays; host_render.c and gpu_render.c make the picture from these, with the same arithmetic.
 
 #include "fathom/render.h"
+#include "shaders/include/render_shared.h"
 #include "world/world.h"
 
-enum { FM_MAX_PIXELS = 16384, FM_TILE = 8 };
+enum { FM_MAX_PIXELS = 16384 };
 
 typedef struct fm_gpu_render fm_gpu_render;
 
@@ -29,16 +30,33 @@ typedef struct fm_picture {
     fm_march_push push;
     fm_gpu_brush brush;
     bool preview;
+    bool beams;  // rays begin where the beam of their tile ends
 } fm_picture;
 
+// camera.c
+fm_result fm_camera_check(const fm_camera *camera);
+bool fm_all_finite(const float v[3]);
+// Of `push`: origin, corner, right, down.
+void fm_camera_rays(const fm_render_desc *desc, fm_march_push *push);
+// Of length 1; the default where `sun` is 0.
+void fm_sun_way(const float sun[3], float way[3]);
+
+// The way of the ray of a place in the picture.
+static inline void fm_pixel_way(const fm_march_push *push, float x, float y, float way[3]) {
+    for (int i = 0; i < 3; i++) {
+        way[i] = (push->corner[i] + push->right[i] * x) + push->down[i] * y;
+    }
+}
+
 fm_result fm_host_render(fm_renderer *renderer, const fm_world *world, const fm_picture *picture);
-void fm_host_pick(const fm_world *world, const fm_picture *picture, float x, float y, fm_pick *pick);
+void fm_host_pick(const fm_world *world, const fm_picture *picture, const float way[3], fm_pick *pick);
 
 fm_result fm_gpu_render_create(fm_renderer *renderer);
 void fm_gpu_render_destroy(fm_renderer *renderer);
 // Submits; renderer->width and height are those of the picture before, and stay so where it fails.
 fm_result fm_gpu_render_picture(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, fm_ticket *ticket);
-fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, float x, float y,
+// Along the ray from `picture`'s camera on `way`.
+fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, const float way[3],
                              fm_pick *pick);
 fm_result fm_gpu_render_read(fm_renderer *renderer, uint8_t *pixels);
 void fm_gpu_render_describe(const fm_renderer *renderer, fm_volume_buffer *buffer);

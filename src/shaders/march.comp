@@ -2,18 +2,16 @@
 #version 460
 #include "memory.glsl"
 #include "march.glsl"
+#include "picture.glsl"
 #include "shade.glsl"
 
 // One invocation owns a pixel, a work group a tile of 8 x 8. It reads the field where its ray goes, for shadows where the ray to
 // the sun goes, and 12 voxels for the occlusion; the colour of one voxel; and writes 4 bytes.
 
-layout(local_size_x = 8, local_size_y = 8) in;
+layout(local_size_x = FM_TILE, local_size_y = FM_TILE) in;
 
-layout(constant_id = 7) const bool BEAM = false;   // march_beam.comp says where a tile's rays may begin
-layout(constant_id = 8) const bool COUNT = false;  // sums over the picture
+layout(constant_id = 6) const bool BEAM = false;  // march_beam.comp says where a tile's rays may begin
 layout(constant_id = 9) const bool CROSSHAIR = false;
-
-shared uint sums[FM_STATS_WORDS];
 
 struct found_t {
     uint solid;  // 1: the ray meets a solid voxel
@@ -65,58 +63,22 @@ vec3 slice_light(vec3 at, float width) {
     uint axis = push.slice & 3u;
     ivec3 voxel = min(ivec3(at), ivec3(world_axes()) - 1);
     if (length_at(voxel) == 0) {
-        return light_of(load_color(voxel)) * 0.8;
+        return light_of(load_color(voxel)) * FM_SLICE_SOLID;
     }
     float value = length_between(voxel, at, axis);
-    float off = abs(value - 8.0 * floor(value * 0.125 + 0.5));
-    float line = clamp(1.5 - off / max(width, 0.08), 0.0, 1.0);
-    return mix(light_of_map(value / (value + 24.0)), vec3(0.02), 0.8 * line);
+    float off = abs(value - FM_LINE_EVERY * floor(value * (1.0 / FM_LINE_EVERY) + 0.5));
+    float line = clamp(1.5 - off / max(width, FM_LINE_LEAST), 0.0, 1.0);
+    return mix(light_of_map(value / (value + FM_SLICE_HALF)), vec3(FM_LINE_LIGHT), FM_LINE_PART * line);
 }
 
-void add_sum(uint word, uint value) {
-    uint before = atomicAdd(sums[word], value);
-    if (before + value < before) {
-        atomicAdd(sums[word + 1], 1u);
-    }
-}
-
-void add_total(uint word) {
-    fm_address stats = ref_u64(push.extra + FM_EXTRA_STATS).v + word * 4;
-    uint before = atomicAdd(ref_u32(stats).v, sums[word]);
-    uint carry = before + sums[word] < before ? 1 : 0;
-    if (sums[word + 1] + carry > 0) {
-        atomicAdd(ref_u32(stats + 4).v, sums[word + 1] + carry);
-    }
-}
-
-void begin_sums() {
-    if (COUNT) {
-        if (gl_LocalInvocationIndex < FM_STATS_WORDS) {
-            sums[gl_LocalInvocationIndex] = 0;
-        }
-        barrier();
-    }
-}
-
-void end_sums(bool counted, found_t found, bool wrong) {
-    if (!COUNT) {
-        return;
-    }
-    if (counted) {
-        add_sum(FM_STATS_RAYS, 1);
-        add_sum(FM_STATS_HITS, found.solid);
-        add_sum(FM_STATS_STEPS, found.reads);
-        add_sum(FM_STATS_WRONG, wrong ? 1 : 0);
-        atomicMax(sums[FM_STATS_MOST], found.reads);
-    }
-    barrier();
-    if (gl_LocalInvocationIndex == 0) {
-        add_total(FM_STATS_RAYS);
-        add_total(FM_STATS_HITS);
-        add_total(FM_STATS_STEPS);
-        add_total(FM_STATS_WRONG);
-        atomicMax(ref_u32(ref_u64(push.extra + FM_EXTRA_STATS).v + FM_STATS_MOST * 4).v, sums[FM_STATS_MOST]);
-    }
+void count_pixel(found_t found, bool wrong) {
+    add_sum(FM_SUM_RAYS, 1);
+    add_sum(FM_SUM_HITS, found.solid);
+    add_sum(FM_SUM_STEPS, found.reads);
+    add_sum(FM_SUM_SUN, sun_reads);
+    add_sum(FM_SUM_OPEN, open_reads);
+    add_sum(FM_SUM_WRONG, wrong ? 1 : 0);
+    atomicMax(sums[FM_STATS_MOST], found.reads);
 }
 
 // A cross in the middle that shows on every ground.
@@ -128,28 +90,28 @@ uint with_crosshair(uint color, uvec2 pixel, uvec2 pixels) {
 }
 
 vec3 light_of_pixel(ray_t ray, vec3 way, found_t found, float slice, vec3 slice_at, bool wrong) {
-    if (VIEW == FM_VIEW_STEPS) {
-        return light_of_map(log2(1.0 + float(found.reads)) * 0.125);
+    if (VIEW == FM_GPU_VIEW_STEPS) {
+        return light_of_map(log2(1.0 + float(found.reads)) * FM_STEPS_SCALE);
     }
-    if (VIEW == FM_VIEW_SLICE && slice >= 0) {
+    if (VIEW == FM_GPU_VIEW_SLICE && slice >= 0) {
         vec3 right = vec3(push.right[0], push.right[1], push.right[2]);
-        return slice_light(slice_at, 0.6 * slice * sqrt(dot(right, right)));
+        return slice_light(slice_at, FM_LINE_WIDTH * slice * sqrt(dot(right, right)));
     }
     if (found.solid == 0) {
-        vec3 light = VIEW == FM_VIEW_COLOR || VIEW == FM_VIEW_SLICE ? sky(way) : vec3(0.01);
+        vec3 light = VIEW == FM_GPU_VIEW_COLOR || VIEW == FM_GPU_VIEW_SLICE ? sky(way) : vec3(FM_NOTHING);
         return wrong ? vec3(1, 0, 0) : light;
     }
     hit_t hit = hit_of(ray, found.cell);
     switch (VIEW) {
-    case FM_VIEW_NORMAL:
+    case FM_GPU_VIEW_NORMAL:
         return faces_by_direction(hit.normal);
-    case FM_VIEW_DISTANCE: {
+    case FM_GPU_VIEW_DISTANCE: {
         float far = hit.time * sqrt(dot(way, way));
         return light_of_map(1.0 - far / (far + most(ray.size)));
     }
-    case FM_VIEW_DIFFERENCE: {
+    case FM_GPU_VIEW_DIFFERENCE: {
         vec3 light = surface(hit);
-        return wrong ? vec3(1, 0, 0) : vec3(0.5 * dot(light, vec3(0.3, 0.6, 0.1)));
+        return wrong ? vec3(1, 0, 0) : vec3(dot(light, vec3(FM_GREY)));
     }
     default:
         return surface(hit);
@@ -159,22 +121,21 @@ vec3 light_of_pixel(ray_t ray, vec3 way, found_t found, float slice, vec3 slice_
 void main() {
     begin_sums();
     uvec2 pixels = uvec2(push.pixels & 0xffffu, push.pixels >> 16);
-    uint tiles = (pixels.x + 7u) / 8u;
+    uint tiles = (pixels.x + (FM_TILE - 1)) / FM_TILE;
     uint64_t tile = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
-    uvec2 pixel = uvec2(uint(tile % tiles), uint(tile / tiles)) * 8u + gl_LocalInvocationID.xy;
-    bool counted = pixel.x < pixels.x && pixel.y < pixels.y;
+    uvec2 pixel = uvec2(uint(tile % tiles), uint(tile / tiles)) * FM_TILE + gl_LocalInvocationID.xy;
     found_t found;
     found.solid = 0;
     found.reads = 0;
     bool wrong = false;
-    if (counted) {
+    if (pixel.x < pixels.x && pixel.y < pixels.y) {
         vec3 way = pixel_way(vec2(pixel));
         ray_t ray = make_ray(camera_place(), way);
         float time = entry_time(ray);
         vec3 slice_at = vec3(0);
         float slice = -1.0;
         bool cut = false;
-        if (VIEW == FM_VIEW_SLICE) {
+        if (VIEW == FM_GPU_VIEW_SLICE) {
             slice = slice_time(camera_place(), way, slice_at);
             cut = slice < 0;
             time = max(time, slice);
@@ -187,8 +148,8 @@ void main() {
         if (!cut && slice < 0) {
             found = find(ray, from, MARCH);
         }
-        if (VIEW == FM_VIEW_DIFFERENCE) {
-            found_t right = find(ray, start, FM_MARCH_PLAIN);
+        if (VIEW == FM_GPU_VIEW_DIFFERENCE) {
+            found_t right = find(ray, start, FM_GPU_MARCH_PLAIN);
             wrong = right.solid != found.solid || (found.solid == 1 && right.cell != found.cell);
             found.solid = right.solid;
             found.cell = right.cell;
@@ -196,6 +157,9 @@ void main() {
         uint color = pack_light(light_of_pixel(ray, way, found, slice, slice_at, wrong));
         ref_u32(push.picture + (uint64_t(pixel.y) * pixels.x + pixel.x) * 4).v =
             CROSSHAIR ? with_crosshair(color, pixel, pixels) : color;
+        if (COUNT) {
+            count_pixel(found, wrong);
+        }
     }
-    end_sums(counted, found, wrong);
+    end_sums();
 }

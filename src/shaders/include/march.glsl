@@ -7,14 +7,18 @@
 // left, whoever asks. So a march may go ahead to any cell of the path, as long as every cell on the way is air, and all marches
 // find the same voxel and face.
 
-#include "shared.h"
+#include "render_shared.h"
 
 layout(constant_id = 0) const uint FORMAT = FM_GPU_PACKED;
-layout(constant_id = 1) const uint MARCH = FM_MARCH_SKIP;
+layout(constant_id = 1) const uint MARCH = FM_GPU_MARCH_SKIP;
 layout(constant_id = 2) const bool LARGE = false;  // elements need 64 bits
 
+// A kernel that marches for other ends than a picture names its own constants, with the members that are read here.
+#ifndef MARCH_PUSH
+#define MARCH_PUSH fm_march_push
+#endif
 layout(push_constant) uniform push_block {
-    fm_march_push push;
+    MARCH_PUSH push;
 };
 
 const float WHOLE = 8388608.0;  // added to a float, leaves whole numbers, and its low bits are the number
@@ -144,7 +148,7 @@ vec3 go_ahead(ray_t ray, vec3 cell, float steps, uint how, out float time) {
     float sum = cell.x + cell.y + cell.z;
     vec3 ahead;
     bool within = true;
-    if (how == FM_MARCH_BOX) {
+    if (how == FM_GPU_MARCH_BOX) {
         vec3 last = cell + floor((steps - 1.0) * (1.0 / 3.0) + 0.1);
         vec3 at = ray.origin + ray.way * least(leave_times(ray, last));
         precise vec3 whole = (at + (WHOLE - 0.5)) - WHOLE;
@@ -186,7 +190,7 @@ vec3 cell_at(ray_t ray, float time) {
 bool march_ray(ray_t ray, inout vec3 cell, uint how, inout uint reads) {
     while (inside(ray, cell)) {
         reads++;
-        if (how == FM_MARCH_PLAIN) {
+        if (how == FM_GPU_MARCH_PLAIN) {
             if (is_solid(unmirror(ray, cell))) {
                 return true;
             }
@@ -218,14 +222,6 @@ float length_around(ivec3 at) {
     ivec3 nearest = clamp(at, ivec3(0), ivec3(world_axes()) - 1);
     ivec3 gap = abs(at - nearest);
     return length_at(nearest) + float(gap.x + gap.y + gap.z);
-}
-
-vec3 pixel_way(vec2 pixel) {
-    vec3 corner = vec3(push.corner[0], push.corner[1], push.corner[2]);
-    vec3 right = vec3(push.right[0], push.right[1], push.right[2]);
-    vec3 down = vec3(push.down[0], push.down[1], push.down[2]);
-    precise vec3 way = (corner + right * pixel.x) + down * pixel.y;
-    return way;
 }
 
 vec3 camera_place() {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 // What a pixel shows: as src/render/host_shade.c. Light adds up in squares of what is stored. Expects march.glsl.
 
-layout(constant_id = 3) const uint VIEW = FM_VIEW_COLOR;
-layout(constant_id = 4) const uint SHADOW = FM_SHADOW_NONE;
-layout(constant_id = 5) const bool OCCLUSION = false;
-layout(constant_id = 6) const bool PREVIEW = false;
+layout(constant_id = 4) const uint VIEW = FM_GPU_VIEW_COLOR;
+layout(constant_id = 5) const uint SHADOW = FM_GPU_SHADOW_NONE;
+layout(constant_id = 7) const bool OCCLUSION = false;
+layout(constant_id = 8) const bool PREVIEW = false;
 
 #include "brush.glsl"
 
@@ -16,7 +16,9 @@ struct hit_t {
     float time;
 };
 
-const float PENUMBRA = 12.0;  // how far from its occluder a ray is fully lit: distance / PENUMBRA
+// Field reads of this pixel's light; nothing reads them where sums are not wanted.
+uint sun_reads = 0;
+uint open_reads = 0;
 
 vec3 sun_way() {
     return vec3(push.sun[0], push.sun[1], push.sun[2]);
@@ -30,7 +32,7 @@ uint load_color(ivec3 voxel) {
 // RGB332 to light.
 vec3 light_of(uint color) {
     vec3 v = vec3(color >> 5 & 7u, color >> 2 & 7u, color & 3u) * vec3(1.0 / 7.0, 1.0 / 7.0, 1.0 / 3.0);
-    v = 0.05 + 0.95 * v;
+    v = FM_DARKEST + (1.0 - FM_DARKEST) * v;
     return v * v;
 }
 
@@ -48,16 +50,15 @@ vec3 sky(vec3 way) {
     vec3 toward = way * inversesqrt(dot(way, way));
     float height = toward.z;
     float rise = 1.0 - max(height, 0.0);
-    vec3 zenith = vec3(0.10, 0.24, 0.56), horizon = vec3(0.56, 0.68, 0.82), ground = vec3(0.30, 0.32, 0.36);
-    vec3 light = mix(zenith, horizon, rise * rise * rise);
-    light = mix(light, ground, clamp(-6.0 * height, 0.0, 1.0));
+    vec3 light = mix(vec3(FM_ZENITH), vec3(FM_HORIZON), rise * rise * rise);
+    light = mix(light, vec3(FM_BELOW), clamp(-FM_DUSK * height, 0.0, 1.0));
     float near = max(dot(toward, sun_way()), 0.0);
     float glow = near * near;
     glow *= glow;
     glow *= glow;
     glow *= glow;
     glow *= glow;
-    return light + vec3(1.0, 0.85, 0.6) * (0.25 * glow + clamp((near - 0.9993) * 4000.0, 0.0, 1.0));
+    return light + vec3(FM_GLOW) * (FM_GLOW_PART * glow + clamp((near - FM_SUN_EDGE) * FM_SUN_SHARP, 0.0, 1.0));
 }
 
 // 1 in full sunlight, 0 in the shadow. `cell` is the air before the face.
@@ -68,13 +69,14 @@ float sunlight(vec3 at, ivec3 cell) {
     float time = 0.0;
     while (inside(ray, k)) {
         float steps = float(steps_of(load_entry(element_of(ray, k))));
+        sun_reads++;
         if (steps <= 0) {
             return 0.0;
         }
-        if (SHADOW == FM_SHADOW_SOFT) {
-            open = min(open, (steps - 0.5) * PENUMBRA / max(time, 1e-3));
+        if (SHADOW == FM_GPU_SHADOW_SOFT) {
+            open = min(open, (steps - 0.5) * FM_PENUMBRA / max(time, 1e-3));
         }
-        k = go_ahead(ray, k, steps, FM_MARCH_SKIP, time);
+        k = go_ahead(ray, k, steps, FM_GPU_MARCH_SKIP, time);
     }
     return open * open * (3.0 - 2.0 * open);
 }
@@ -95,15 +97,16 @@ float length_between(ivec3 voxel, vec3 at, uint axis) {
 
 // How open the space before a face is, from the field at three places along the normal, each between four voxels.
 float openness(hit_t hit) {
-    const float places[3] = {1.0, 3.0, 6.0};
-    const float weights[3] = {0.45, 0.30, 0.25};
+    const int places[FM_OPEN_COUNT] = {FM_OPEN_PLACES};
+    const float weights[FM_OPEN_COUNT] = {FM_OPEN_WEIGHTS};
     uint axis = hit.normal.x != 0 ? 0 : hit.normal.y != 0 ? 1 : 2;
     float closed = 0.0;
-    [[unroll]] for (int i = 0; i < 3; i++) {
-        float value = length_between(hit.voxel + hit.normal * int(places[i]), hit.at, axis);
-        closed += weights[i] * max(1.0 - value / places[i], 0.0);
+    [[unroll]] for (int i = 0; i < FM_OPEN_COUNT; i++) {
+        float value = length_between(hit.voxel + hit.normal * places[i], hit.at, axis);
+        closed += weights[i] * max(1.0 - value / float(places[i]), 0.0);
     }
-    return 1.0 - 0.85 * closed;
+    open_reads += 4 * FM_OPEN_COUNT;
+    return 1.0 - FM_OPEN_PART * closed;
 }
 
 // A voxel that the brush covers is tinted, more so where one beside it in the face's plane is not covered.
@@ -118,7 +121,7 @@ vec3 tint(vec3 light, hit_t hit) {
         beside[i] = 1 - abs(hit.normal[i]);
         edge = edge || !brush_covers(brush, hit.voxel + beside) || !brush_covers(brush, hit.voxel - beside);
     }
-    return mix(light, vec3(1.0, 0.75, 0.1), edge ? 0.85 : 0.4);
+    return mix(light, vec3(FM_TINT), edge ? FM_TINT_EDGE : FM_TINT_PART);
 }
 
 vec3 surface(hit_t hit) {
@@ -126,19 +129,19 @@ vec3 surface(hit_t hit) {
     vec3 albedo = light_of(load_color(hit.voxel));
     float faces = dot(normal, sun_way());
     float sun = max(faces, 0.0);
-    if (SHADOW != FM_SHADOW_NONE && sun > 0) {
+    if (SHADOW != FM_GPU_SHADOW_NONE && sun > 0) {
         sun *= sunlight(hit.at, hit.voxel + hit.normal);
     }
-    float ambient = 0.82 + 0.18 * normal.z - 0.10 * abs(normal.x);
+    float ambient = FM_AMBIENT + FM_AMBIENT_UP * normal.z - FM_AMBIENT_SIDE * abs(normal.x);
     if (OCCLUSION && hit.normal != ivec3(0)) {
         ambient *= openness(hit);
     }
-    vec3 light = albedo * (vec3(1.05, 0.97, 0.82) * sun + vec3(0.36, 0.43, 0.54) * ambient);
+    vec3 light = albedo * (vec3(FM_SUN_LIGHT) * sun + vec3(FM_AMBIENT_LIGHT) * ambient);
     return PREVIEW ? tint(light, hit) : light;
 }
 
 vec3 faces_by_direction(ivec3 normal) {
-    vec3 v = 0.5 + 0.45 * vec3(normal);
+    vec3 v = FM_NORMAL_MIDDLE + FM_NORMAL_PART * vec3(normal);
     return v * v;
 }
 

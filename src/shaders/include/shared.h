@@ -204,56 +204,6 @@ FM_PUSH_STRUCT(fm_sample_push) {
     fm_uint x, y, z;
 };
 
-// The numbers of fm_march, fm_view and fm_shadow; C has them from render.h.
-#ifndef __STDC__
-#define FM_MARCH_SKIP 0
-#define FM_MARCH_BOX 1
-#define FM_MARCH_PLAIN 2
-#define FM_VIEW_COLOR 0
-#define FM_VIEW_STEPS 1
-#define FM_VIEW_NORMAL 2
-#define FM_VIEW_DISTANCE 3
-#define FM_VIEW_SLICE 4
-#define FM_VIEW_DIFFERENCE 5
-#define FM_SHADOW_NONE 0
-#define FM_SHADOW_HARD 1
-#define FM_SHADOW_SOFT 2
-#endif
-
-// Words of a picture's sums: the low and the high half of each, and the most steps of a ray.
-#define FM_STATS_RAYS 0
-#define FM_STATS_HITS 2
-#define FM_STATS_STEPS 4
-#define FM_STATS_WRONG 6
-#define FM_STATS_MOST 8
-#define FM_STATS_WORDS 9
-
-// What a picture needs that has no room in its push constants, by offset in bytes: the address of the sums, the brush that is shown
-// (fm_gpu_brush), 256 colours of a map.
-#define FM_EXTRA_STATS 0
-#define FM_EXTRA_BRUSH 16
-#define FM_EXTRA_MAP 80
-#define FM_EXTRA_BYTES 1104
-
-// A picture. Places are in voxels, where voxel 0 begins at 0. The ray of pixel (x, y) goes along corner + x * right + y * down.
-FM_PUSH_STRUCT(fm_march_push) {
-    fm_address field;
-    fm_address colors;
-    fm_address bits;
-    fm_address picture;  // pick.comp: what it found
-    fm_address beam;     // a float for each tile of 8 x 8 pixels
-    fm_address extra;
-    fm_float origin[3];
-    fm_float corner[3];
-    fm_float right[3];
-    fm_float down[3];
-    fm_float sun[3];  // of length 1
-    fm_uint size_xy;  // of the world: x | y << 16
-    fm_uint size_z;
-    fm_uint pixels;  // width | height << 16; pick.comp: x, a float
-    fm_uint slice;   // axis | index << 2; pick.comp: y, a float
-};
-
 // Buffers are whole numbers of pieces of 16 bytes.
 FM_PUSH_STRUCT(fm_copy_push) {
     fm_address source;
@@ -268,7 +218,6 @@ _Static_assert(sizeof(fm_column_push) <= 128, "push constants are 128 bytes on e
 _Static_assert(sizeof(fm_rows_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_world_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_chunk_push) <= 128, "push constants are 128 bytes on every device");
-_Static_assert(sizeof(fm_march_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_gpu_domain) == 32, "as std430 lays it out");
 #endif
 
