@@ -34,7 +34,7 @@ void fm_bvh_destroy(const fm_allocator *allocator, fm_bvh *bvh);
 void fm_bvh_nearest(const fm_mesh *mesh, const float position[3], fm_nearest *nearest);
 fm_mesh_hit fm_bvh_cast(const fm_mesh *mesh, const fm_mesh_ray *ray, bool any);
 
-// The nearest point of one triangle, for guesses.
+// The nearest point of one triangle, for guesses; its corners must fit (fm_triangle_fits). Computed in double precision.
 fm_nearest fm_triangle_nearest(const fm_mesh *mesh, uint32_t triangle, const float position[3]);
 
 #endif

@@ -19,7 +19,8 @@ struct fm_mesh {
     float (*vertices)[3];
     uint32_t (*triangles)[3];
     uint64_t vertex_count, triangle_count;
-    uint64_t version;  // rises whenever positions change
+    uint64_t version;          // rises whenever positions change
+    uint64_t rebuild_version;  // a tree built for an earlier version is not refitted but built anew
     fm_topology *topology;
     fm_bvh *bvh;
     fm_winding *winding;
