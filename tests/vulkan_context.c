@@ -40,8 +40,24 @@ static void test_choice(const vulkan_options *options, const fm_context *context
     }
 }
 
+// The newest eight of these operations are known, and only they.
+static void test_ticket_passes(fm_context *context, const fm_ticket *tickets, int count) {
+    fm_pass passes[8];
+    uint32_t listed;
+    for (int i = 0; i < count; i++) {
+        listed = 8;
+        CHECK_OK(fm_ticket_passes(context, tickets[i], &listed, passes));
+        CHECK(i < count - 8 ? listed == 0 : listed >= 2 && passes[0].bytes > 0 && passes[0].milliseconds >= 0);
+    }
+    CHECK_OK(fm_ticket_passes(context, 0, &listed, NULL));
+    CHECK(listed == 0);
+    CHECK_FAILS(fm_ticket_passes(context, tickets[count - 1] + 1, &listed, passes), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_ticket_passes(NULL, 0, &listed, passes), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_ticket_passes(context, 0, NULL, passes), FM_ERROR_INVALID_ARGUMENT);
+}
+
 static void test_tickets(fm_context *context) {
-    enum { COUNT = 8 };
+    enum { COUNT = 11 };
     fm_volume *solid[COUNT], *distance[COUNT];
     fm_ticket tickets[COUNT];
     const uint64_t voxels = (uint64_t)small.x * small.y * small.z;
@@ -62,6 +78,7 @@ static void test_tickets(fm_context *context) {
         CHECK_OK(fm_poll(context, tickets[i], &complete));
         CHECK(complete);
     }
+    test_ticket_passes(context, tickets, COUNT);
     CHECK_OK(fm_wait(context, 0));
     CHECK_FAILS(fm_wait(context, tickets[COUNT - 1] + 1000), FM_ERROR_INVALID_ARGUMENT);
     CHECK_FAILS(fm_poll(context, UINT64_MAX, &complete), FM_ERROR_INVALID_ARGUMENT);
@@ -76,6 +93,9 @@ static void test_tickets(fm_context *context) {
     fm_pass passes[4] = {{0}};
     uint32_t count = 4;
     CHECK_OK(fm_context_passes(context, &count, passes));
+    CHECK(count == 1 && strcmp(passes[0].name, "copy") == 0 && passes[0].bytes == 2 * voxels * 4);
+    count = 4;
+    CHECK_OK(fm_ticket_passes(context, ticket, &count, passes));
     CHECK(count == 1 && strcmp(passes[0].name, "copy") == 0 && passes[0].bytes == 2 * voxels * 4);
     CHECK_OK(fm_wait(context, ticket));
     CHECK_OK(fm_volume_download(distance[2], got));

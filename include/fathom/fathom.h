@@ -212,6 +212,13 @@ typedef struct fm_pass {
 // `count` is as for fm_enumerate_devices.
 FM_API fm_result fm_context_passes(fm_context *context, uint32_t *count, fm_pass *passes);
 
+// The same of the operation that is complete at `ticket`, for programs that keep several in flight: waits for that one alone, and
+// fm_poll says beforehand whether it must. Known are the newest eight submissions. An operation is one; so are uploads and
+// downloads, and each iteration under FM_CONVERGE_HOST (world.h). An older ticket, and 0, has no passes: `count` gets 0. The CPU
+// backend lists those of its newest operation, whatever the ticket. Errors: FM_ERROR_INVALID_ARGUMENT for NULL (but for `passes`)
+// and a ticket that was not given out; FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the driver fails.
+FM_API fm_result fm_ticket_passes(fm_context *context, fm_ticket ticket, uint32_t *count, fm_pass *passes);
+
 // Memory held by the context and what was made from it, by purpose.
 typedef struct fm_memory {
     const char *purpose;  // "volumes", "scratch", "voxels", "field", ...; on devices also "staging", ...; static storage

@@ -47,33 +47,42 @@ static void timestamp(fm_gpu *gpu, fm_slot *slot) {
     gpu->vk.CmdWriteTimestamp2(slot->commands, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, slot->queries, slot->pass_count);
 }
 
-// Reads the times of the newest operation that has passes, whose slot may be wanted for other work.
-static fm_result keep_passes(fm_gpu *gpu) {
-    const fm_slot *slot = gpu->measured;
-    if (!slot) {
-        return FM_OK;
+static void add_pass(uint32_t *count, fm_pass *passes, const fm_pass *pass) {
+    uint32_t same = 0;
+    while (same < *count && strcmp(passes[same].name, pass->name) != 0) {
+        same++;
     }
+    if (same < *count) {
+        passes[same].milliseconds += pass->milliseconds;
+        passes[same].bytes += pass->bytes;
+    } else if (*count < FM_MAX_PASSES) {
+        passes[(*count)++] = *pass;
+    }
+}
+
+// The passes of a slot's operation, at most FM_MAX_PASSES, equal names added up. Waits for it.
+static fm_result read_passes(fm_gpu *gpu, const fm_slot *slot, uint32_t *count, fm_pass *passes) {
     FM_TRY(fm_gpu_wait(gpu, slot->ticket));
     uint64_t times[FM_MAX_PASSES + 1] = {0};
     if (gpu->timestamp_mask != 0) {
         FM_VK(gpu, GetQueryPoolResults(gpu->device, slot->queries, 0, slot->pass_count + 1, sizeof times, times, sizeof times[0],
                                        VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT));
     }
-    gpu->measured = NULL;
-    gpu->pass_count = slot->continued ? gpu->pass_count : 0;
+    *count = slot->earlier_count;
+    memcpy(passes, slot->earlier, slot->earlier_count * sizeof *passes);
     for (uint32_t i = 0; i < slot->pass_count; i++) {
         fm_pass pass = slot->passes[i];
         pass.milliseconds = (double)((times[i + 1] - times[i]) & gpu->timestamp_mask) * gpu->info.timestamp_period_ns * 1e-6;
-        uint32_t same = 0;
-        while (same < gpu->pass_count && strcmp(gpu->passes[same].name, pass.name) != 0) {
-            same++;
-        }
-        if (same < gpu->pass_count) {
-            gpu->passes[same].milliseconds += pass.milliseconds;
-            gpu->passes[same].bytes += pass.bytes;
-        } else if (gpu->pass_count < FM_MAX_PASSES) {
-            gpu->passes[gpu->pass_count++] = pass;
-        }
+        add_pass(count, passes, &pass);
+    }
+    return FM_OK;
+}
+
+// Reads the times of the newest operation that has passes, whose slot may be wanted for other work.
+static fm_result keep_passes(fm_gpu *gpu) {
+    if (gpu->measured) {
+        FM_TRY(read_passes(gpu, gpu->measured, &gpu->pass_count, gpu->passes));
+        gpu->measured = NULL;
     }
     return FM_OK;
 }
@@ -84,12 +93,14 @@ fm_result fm_commands_begin(fm_gpu *gpu, fm_slot **result) {
     if (gpu->measured == slot) {
         FM_TRY(keep_passes(gpu));
     }
+    // Complete, and its times are gone.
+    slot->ticket = 0;
     FM_VK(gpu, ResetCommandPool(gpu->device, slot->pool, 0));
     VkCommandBufferBeginInfo begin = {.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
                                       .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
     FM_VK(gpu, BeginCommandBuffer(slot->commands, &begin));
     slot->pass_count = 0;
-    slot->continued = false;
+    slot->earlier_count = 0;
     gpu->vk.CmdResetQueryPool(slot->commands, slot->queries, 0, FM_MAX_PASSES + 1);
     // Work of earlier submissions must be visible; it is not so by their mere order.
     fm_commands_barrier(gpu, slot);
@@ -178,7 +189,7 @@ fm_result fm_commands_submit(fm_gpu *gpu, fm_slot *slot, fm_ticket *ticket) {
                             .pSignalSemaphoreInfos = &signal};
     FM_VK(gpu, QueueSubmit2(gpu->queue, 1, &submit, VK_NULL_HANDLE));
     slot->ticket = ++gpu->newest;
-    if (slot->pass_count > 0) {
+    if (slot->earlier_count + slot->pass_count > 0) {
         gpu->measured = slot;
     }
     gpu->slot = (gpu->slot + 1) % FM_SLOTS;
@@ -190,11 +201,14 @@ fm_result fm_commands_submit(fm_gpu *gpu, fm_slot *slot, fm_ticket *ticket) {
 }
 
 fm_result fm_commands_flush(fm_gpu *gpu, fm_slot **slot) {
-    bool continued = (*slot)->continued || (*slot)->pass_count > 0;
+    const bool continued = (*slot)->earlier_count + (*slot)->pass_count > 0;
     FM_TRY(fm_commands_submit(gpu, *slot, NULL));
     FM_TRY(keep_passes(gpu));
     FM_TRY(fm_commands_begin(gpu, slot));
-    (*slot)->continued = continued;
+    if (continued) {
+        (*slot)->earlier_count = gpu->pass_count;
+        memcpy((*slot)->earlier, gpu->passes, gpu->pass_count * sizeof *gpu->passes);
+    }
     return FM_OK;
 }
 
@@ -229,11 +243,28 @@ fm_result fm_gpu_poll(fm_gpu *gpu, fm_ticket ticket, bool *complete) {
     return FM_OK;
 }
 
+static void list_passes(uint32_t available, const fm_pass *from, uint32_t *count, fm_pass *passes) {
+    const uint32_t copied = fm_listing(count, available, passes != NULL);
+    for (uint32_t i = 0; i < copied; i++) {
+        passes[i] = from[i];
+    }
+}
+
 fm_result fm_gpu_passes(fm_gpu *gpu, uint32_t *count, fm_pass *passes) {
     FM_TRY(keep_passes(gpu));
-    uint32_t copied = fm_listing(count, gpu->pass_count, passes != NULL);
-    for (uint32_t i = 0; i < copied; i++) {
-        passes[i] = gpu->passes[i];
+    list_passes(gpu->pass_count, gpu->passes, count, passes);
+    return FM_OK;
+}
+
+fm_result fm_gpu_ticket_passes(fm_gpu *gpu, fm_ticket ticket, uint32_t *count, fm_pass *passes) {
+    FM_TRY(check_ticket(gpu, ticket));
+    fm_pass found[FM_MAX_PASSES];
+    uint32_t found_count = 0;
+    for (uint32_t i = 0; i < FM_SLOTS && ticket != 0; i++) {
+        if (gpu->slots[i].ticket == ticket) {
+            FM_TRY(read_passes(gpu, &gpu->slots[i], &found_count, found));
+        }
     }
+    list_passes(found_count, found, count, passes);
     return FM_OK;
 }

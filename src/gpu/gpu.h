@@ -25,6 +25,7 @@ fm_ticket fm_gpu_newest(const fm_gpu *gpu);
 fm_result fm_gpu_wait(fm_gpu *gpu, fm_ticket ticket);
 fm_result fm_gpu_poll(fm_gpu *gpu, fm_ticket ticket, bool *complete);
 fm_result fm_gpu_passes(fm_gpu *gpu, uint32_t *count, fm_pass *passes);
+fm_result fm_gpu_ticket_passes(fm_gpu *gpu, fm_ticket ticket, uint32_t *count, fm_pass *passes);
 fm_meter fm_gpu_meter(const fm_gpu *gpu, fm_purpose purpose);
 fm_result fm_gpu_trim(fm_gpu *gpu);
 

@@ -66,6 +66,11 @@ fm_result fm_gpu_passes(fm_gpu *gpu, uint32_t *count, fm_pass *passes) {
     return unsupported();
 }
 
+fm_result fm_gpu_ticket_passes(fm_gpu *gpu, fm_ticket ticket, uint32_t *count, fm_pass *passes) {
+    (void)gpu, (void)ticket, (void)count, (void)passes;
+    return unsupported();
+}
+
 fm_meter fm_gpu_meter(const fm_gpu *gpu, fm_purpose purpose) {
     (void)gpu, (void)purpose;
     return (fm_meter){0, 0};

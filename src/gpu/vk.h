@@ -78,7 +78,7 @@ typedef struct fm_vk_functions {
 } fm_vk_functions;
 
 enum {
-    FM_SLOTS = 3,
+    FM_SLOTS = 8,         // submissions in flight; also of so many the times are known
     FM_PUSH_BYTES = 128,  // what every device has
 };
 
@@ -94,8 +94,9 @@ struct fm_slot {
     VkCommandPool pool;
     VkCommandBuffer commands;
     VkQueryPool queries;
-    fm_ticket ticket;  // of the newest submission
-    bool continued;    // its passes are added to those that the device keeps
+    fm_ticket ticket;        // of the newest submission
+    uint32_t earlier_count;  // passes of the same operation that were flushed before, with their times
+    fm_pass earlier[FM_MAX_PASSES];
     uint32_t pass_count;
     fm_pass passes[FM_MAX_PASSES];
 };
@@ -140,7 +141,7 @@ struct fm_gpu {
     uint32_t slot;
     const fm_slot *measured;  // the slot of the newest operation that has passes, until they are read
     uint32_t pass_count;
-    fm_pass passes[FM_MAX_PASSES];  // those that were read last, equal names added up
+    fm_pass passes[FM_MAX_PASSES];  // those that were read last
 
     fm_buffer *scratch;
     fm_buffer *staging;

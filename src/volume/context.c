@@ -152,6 +152,13 @@ fm_result fm_poll(fm_context *context, fm_ticket ticket, bool *complete) {
     return context->gpu ? fm_gpu_poll(context->gpu, ticket, complete) : FM_OK;
 }
 
+static void list_host_passes(const fm_context *context, uint32_t *count, fm_pass *passes) {
+    const uint32_t copied = fm_listing(count, context->pass_count, passes != NULL);
+    for (uint32_t i = 0; i < copied; i++) {
+        passes[i] = context->passes[i];
+    }
+}
+
 fm_result fm_context_passes(fm_context *context, uint32_t *count, fm_pass *passes) {
     if (!context || !count) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", context ? "count" : "context");
@@ -159,10 +166,18 @@ fm_result fm_context_passes(fm_context *context, uint32_t *count, fm_pass *passe
     if (context->gpu) {
         return fm_gpu_passes(context->gpu, count, passes);
     }
-    uint32_t copied = fm_listing(count, context->pass_count, passes != NULL);
-    for (uint32_t i = 0; i < copied; i++) {
-        passes[i] = context->passes[i];
+    list_host_passes(context, count, passes);
+    return FM_OK;
+}
+
+fm_result fm_ticket_passes(fm_context *context, fm_ticket ticket, uint32_t *count, fm_pass *passes) {
+    if (!context || !count) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", context ? "count" : "context");
     }
+    if (context->gpu) {
+        return fm_gpu_ticket_passes(context->gpu, ticket, count, passes);
+    }
+    list_host_passes(context, count, passes);
     return FM_OK;
 }
 
