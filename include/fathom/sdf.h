@@ -22,11 +22,14 @@ FM_API fm_result fm_mesh_fit(fm_mesh *mesh, uint32_t longest, uint32_t margin, f
 // Voxels
 // ---------------------------------------------------------------------------------------------------------------------------
 
-// Which voxels a surface sets. Voxels are the boxes of edge `spacing` around the texels. Decided in the grid's units in floats:
-// a contact that rounding cannot tell counts as one.
+// Which voxels a surface sets. Voxels are the boxes of edge `spacing` around the texels. A contact that rounding cannot tell (on
+// Vulkan that of floats, in the grid's units) counts as one.
 typedef enum fm_separation {
-    FM_SEPARATION_26 = 0,  // conservative: every voxel that the surface touches. No path over faces, edges or corners crosses it
-    FM_SEPARATION_6,       // thin: no path over faces crosses it
+    // Conservative: every voxel that the surface touches. No path over faces, edges or corners of voxels crosses it.
+    FM_SEPARATION_26 = 0,
+    // Thin: every voxel in which the surface touches one of the three lines that join the middles of opposite faces. No path over
+    // faces crosses it, for such a path runs along these lines.
+    FM_SEPARATION_6,
 } fm_separation;
 
 typedef struct fm_voxelize_desc {
