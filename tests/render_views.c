@@ -157,6 +157,23 @@ static void check_pick(render_stage *s) {
     if (CHECK_OK(fm_render_pick(s->renderer, s->world, &desc, MIDDLE, MIDDLE, &pick))) {
         CHECK(!pick.hit);
     }
+    // Questions in flight, answered late.
+    const fm_render_desc places[] = {down_at(11, 12), desc, down_at(11, 12)};
+    fm_ticket tickets[3] = {0};
+    for (int i = 0; i < 3; i++) {
+        CHECK_OK(fm_render_pick_begin(s->renderer, s->world, &places[i], MIDDLE, MIDDLE, &tickets[i]));
+    }
+    const bool keeps = fm_context_backend(s->context) == FM_BACKEND_VULKAN;
+    for (int i = keeps ? 0 : 2; i < 3; i++) {
+        CHECK_OK(fm_render_pick_end(s->renderer, tickets[i], &pick));
+        CHECK(pick.hit == (i != 1) && pick.voxel[2] == (i != 1 ? 8 : 0));
+    }
+    if (keeps) {
+        fm_ticket ticket;
+        CHECK_OK(fm_render_pick_begin(s->renderer, s->world, &desc, MIDDLE, MIDDLE, &ticket));
+        CHECK_FAILS(fm_render_pick_end(s->renderer, tickets[0], &pick), FM_ERROR_INVALID_ARGUMENT);
+        CHECK_FAILS(fm_render_pick_end(s->renderer, 0, &pick), FM_ERROR_INVALID_ARGUMENT);
+    }
 }
 
 // A picture follows the world's updates, and its sums are those of the picture.
@@ -234,10 +251,14 @@ static void check_refusals(render_stage *s, fm_context *other) {
     fm_pick pick;
     CHECK_FAILS(fm_render_pick(s->renderer, s->world, &good, NAN, 0, &pick), FM_ERROR_INVALID_ARGUMENT);
     CHECK_FAILS(fm_render_pick(s->renderer, s->world, &good, 0, 0, NULL), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_render_pick_begin(s->renderer, s->world, &good, 0, 0, NULL), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_render_pick_end(s->renderer, 0, NULL), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_render_pick_end(NULL, 0, &pick), FM_ERROR_INVALID_ARGUMENT);
     fm_renderer *fresh = NULL;
     uint8_t pixel[4];
     fm_render_stats stats;
     if (CHECK_OK(fm_renderer_create(other, &fresh))) {
+        CHECK_FAILS(fm_render_pick_end(fresh, 0, &pick), FM_ERROR_INVALID_ARGUMENT);
         CHECK_FAILS(fm_render(fresh, s->world, &good, NULL), FM_ERROR_INVALID_ARGUMENT);
         CHECK_FAILS(fm_renderer_read(fresh, pixel), FM_ERROR_INVALID_ARGUMENT);
         CHECK_FAILS(fm_renderer_stats(fresh, &stats), FM_ERROR_INVALID_ARGUMENT);

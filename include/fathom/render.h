@@ -116,6 +116,14 @@ typedef struct fm_pick {
 FM_API fm_result fm_render_pick(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, float pixel_x, float pixel_y,
                                 fm_pick *pick);
 
+// The same in two halves, for programs that wait for nothing between frames: the first asks, asynchronous on Vulkan and complete at
+// `ticket`; the second gives the answer, and waits unless fm_poll says that it is there. The newest three questions keep theirs;
+// the CPU backend keeps that of the newest, whatever the ticket. Errors: as above; FM_ERROR_INVALID_ARGUMENT also for a ticket
+// whose answer is not kept.
+FM_API fm_result fm_render_pick_begin(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, float pixel_x,
+                                      float pixel_y, fm_ticket *ticket);
+FM_API fm_result fm_render_pick_end(fm_renderer *renderer, fm_ticket ticket, fm_pick *pick);
+
 #ifdef __cplusplus
 }
 #endif

@@ -19,9 +19,14 @@ fm_result fm_gpu_render_picture(fm_renderer *renderer, const fm_world *world, co
     return unsupported();
 }
 
-fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, const float way[3],
-                             fm_pick *pick) {
-    (void)renderer, (void)world, (void)picture, (void)way, (void)pick;
+fm_result fm_gpu_pick_begin(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, const float way[3],
+                            fm_ticket *ticket) {
+    (void)renderer, (void)world, (void)picture, (void)way, (void)ticket;
+    return unsupported();
+}
+
+fm_result fm_gpu_pick_end(fm_renderer *renderer, fm_ticket ticket, fm_pick *pick) {
+    (void)renderer, (void)ticket, (void)pick;
     return unsupported();
 }
 

@@ -17,6 +17,12 @@ typedef struct frame {
     fm_ticket ticket;
 } frame;
 
+// A pick in flight.
+typedef struct pick {
+    fm_buffer *found;  // fm_gpu_pick
+    fm_ticket ticket;
+} pick;
+
 // Where a picture goes.
 typedef struct room {
     fm_buffer *picture, *beam;
@@ -25,7 +31,8 @@ typedef struct room {
 struct fm_gpu_render {
     fm_gpu *gpu;
     room room;  // of the newest picture
-    fm_buffer *pick;
+    pick picks[IN_FLIGHT];
+    uint32_t pick;  // the newest
     frame frames[IN_FLIGHT];
     uint32_t frame;    // of the newest picture
     uint32_t counted;  // ... that was counted
@@ -39,8 +46,8 @@ fm_result fm_gpu_render_create(fm_renderer *renderer) {
     }
     renderer->gpu = own;
     own->gpu = renderer->context->gpu;
-    FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_READBACK, sizeof(fm_gpu_pick), false, &own->pick));
     for (int i = 0; i < IN_FLIGHT; i++) {
+        FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_READBACK, sizeof(fm_gpu_pick), false, &own->picks[i].found));
         frame *f = &own->frames[i];
         FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_UPLOAD, FM_EXTRA_BYTES, false, &f->extra));
         FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_READBACK, 4 * FM_STATS_WORDS, false, &f->stats));
@@ -68,9 +75,9 @@ void fm_gpu_render_destroy(fm_renderer *renderer) {
     for (int i = 0; i < IN_FLIGHT; i++) {
         fm_buffer_destroy(own->frames[i].extra);
         fm_buffer_destroy(own->frames[i].stats);
+        fm_buffer_destroy(own->picks[i].found);
     }
     destroy_room(&own->room);
-    fm_buffer_destroy(own->pick);
     fm_free(&renderer->context->allocator, own, sizeof *own);
     renderer->gpu = NULL;
 }
@@ -171,12 +178,14 @@ fm_result fm_gpu_render_picture(fm_renderer *renderer, const fm_world *world, co
     return FM_OK;
 }
 
-fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, const float way[3],
-                             fm_pick *pick) {
-    const fm_gpu_render *own = renderer->gpu;
+fm_result fm_gpu_pick_begin(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, const float way[3],
+                            fm_ticket *ticket) {
+    fm_gpu_render *own = renderer->gpu;
+    const uint32_t next = (own->pick + 1) % IN_FLIGHT;
+    FM_TRY(fm_gpu_wait(own->gpu, own->picks[next].ticket));
     fm_pick_push push = {.field = fm_buffer_address(world->gpu->field),
                          .bits = fm_buffer_address(world->gpu->bits),
-                         .found = fm_buffer_address(own->pick),
+                         .found = fm_buffer_address(own->picks[next].found),
                          .size_xy = picture->push.size_xy,
                          .size_z = picture->push.size_z};
     memcpy(push.origin, picture->push.origin, sizeof push.origin);
@@ -186,13 +195,29 @@ fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const
     FM_TRY(fm_commands_begin(own->gpu, &slot));
     FM_TRY(dispatch(own, slot, FM_KERNEL_PICK, constants, 3, &push, sizeof push, 1));
     fm_commands_pass(own->gpu, slot, "pick", sizeof(fm_gpu_pick));
-    FM_TRY(fm_commands_submit(own->gpu, slot, NULL));
-    const fm_gpu_pick *found = fm_buffer_mapped(own->pick);
-    *pick = (fm_pick){.hit = found->hit != 0};
-    if (pick->hit) {
-        memcpy(pick->voxel, found->voxel, sizeof pick->voxel);
-        pick->face = found->face;
-        pick->distance = found->distance;
+    FM_TRY(fm_commands_submit(own->gpu, slot, ticket));
+    own->picks[next].ticket = *ticket;
+    own->pick = next;
+    return FM_OK;
+}
+
+fm_result fm_gpu_pick_end(fm_renderer *renderer, fm_ticket ticket, fm_pick *result) {
+    const fm_gpu_render *own = renderer->gpu;
+    uint32_t i = 0;
+    while (i < IN_FLIGHT && (ticket == 0 || own->picks[i].ticket != ticket)) {
+        i++;
+    }
+    if (i == IN_FLIGHT) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "ticket is %llu: that of one of the newest %d picks is wanted",
+                       (unsigned long long)ticket, IN_FLIGHT);
+    }
+    FM_TRY(fm_gpu_wait(own->gpu, ticket));
+    const fm_gpu_pick *found = fm_buffer_mapped(own->picks[i].found);
+    *result = (fm_pick){.hit = found->hit != 0};
+    if (result->hit) {
+        memcpy(result->voxel, found->voxel, sizeof result->voxel);
+        result->face = found->face;
+        result->distance = found->distance;
     }
     return FM_OK;
 }

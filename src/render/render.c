@@ -181,11 +181,12 @@ fm_result fm_renderer_stats(fm_renderer *renderer, fm_render_stats *stats) {
     return FM_OK;
 }
 
-fm_result fm_render_pick(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, float x, float y, fm_pick *pick) {
+fm_result fm_render_pick_begin(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, float x, float y,
+                               fm_ticket *ticket) {
     fm_picture picture;
     FM_TRY(make_picture(renderer, world, desc, &picture));
-    if (!pick) {
-        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "pick is NULL");
+    if (!ticket) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "ticket is NULL");
     }
     if (!(fabsf(x) <= FM_MAX_PIXELS && fabsf(y) <= FM_MAX_PIXELS)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "pixel_x, pixel_y are %g, %g: -%d to %d is accepted", (double)x, (double)y,
@@ -194,8 +195,33 @@ fm_result fm_render_pick(fm_renderer *renderer, fm_world *world, const fm_render
     float way[3];
     fm_pixel_way(&picture.push, x, y, way);
     if (renderer->gpu) {
-        return fm_gpu_render_pick(renderer, world, &picture, way, pick);
+        return fm_gpu_pick_begin(renderer, world, &picture, way, ticket);
     }
-    fm_host_pick(world, &picture, way, pick);
+    fm_host_pick(world, &picture, way, &renderer->pick);
+    renderer->picked = true;
+    *ticket = 0;
     return FM_OK;
+}
+
+fm_result fm_render_pick_end(fm_renderer *renderer, fm_ticket ticket, fm_pick *pick) {
+    if (!renderer || !pick) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", renderer ? "pick" : "renderer");
+    }
+    if (renderer->gpu) {
+        return fm_gpu_pick_end(renderer, ticket, pick);
+    }
+    if (!renderer->picked) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "renderer has no pick: call fm_render_pick_begin first");
+    }
+    *pick = renderer->pick;
+    return FM_OK;
+}
+
+fm_result fm_render_pick(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, float x, float y, fm_pick *pick) {
+    if (!pick) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "pick is NULL");
+    }
+    fm_ticket ticket;
+    FM_TRY(fm_render_pick_begin(renderer, world, desc, x, y, &ticket));
+    return fm_render_pick_end(renderer, ticket, pick);
 }

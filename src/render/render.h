@@ -19,6 +19,8 @@ struct fm_renderer {
     uint32_t width, height;  // of the newest picture; 0: there is none
     bool counted;            // `stats` are asked for
     fm_render_stats stats;   // of the newest counted picture; the Vulkan backend fills it in when asked
+    bool picked;             // CPU: there is a pick
+    fm_pick pick;            // CPU: the newest
     uint32_t *pixels;        // CPU
     uint64_t pixel_bytes;
     uint32_t map[256];  // colours of a number from 0 to 255: RGBA, red in the lowest byte
@@ -56,8 +58,9 @@ void fm_gpu_render_destroy(fm_renderer *renderer);
 // Submits; renderer->width and height are those of the picture before, and stay so where it fails.
 fm_result fm_gpu_render_picture(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, fm_ticket *ticket);
 // Along the ray from `picture`'s camera on `way`.
-fm_result fm_gpu_render_pick(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, const float way[3],
-                             fm_pick *pick);
+fm_result fm_gpu_pick_begin(fm_renderer *renderer, const fm_world *world, const fm_picture *picture, const float way[3],
+                            fm_ticket *ticket);
+fm_result fm_gpu_pick_end(fm_renderer *renderer, fm_ticket ticket, fm_pick *pick);
 fm_result fm_gpu_render_read(fm_renderer *renderer, uint8_t *pixels);
 void fm_gpu_render_describe(const fm_renderer *renderer, fm_volume_buffer *buffer);
 fm_result fm_gpu_render_stats(fm_renderer *renderer);
