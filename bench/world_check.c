@@ -162,7 +162,7 @@ static const char *check(comparison *c, bench_world_errors *whole, bench_world_e
     if (failure) {
         return failure;
     }
-    if (fm_world_read_field(c->world, &field, NULL) != FM_OK ||
+    if (fm_world_read_field(c->world, NULL, &field, NULL) != FM_OK ||
         transform(c, c->solid, c->desc.shape, FM_OUTSIDE_EMPTY, c->reference) != FM_OK) {
         return fm_last_error();
     }

@@ -104,7 +104,7 @@ static fm_result make_field(const world_request *request, fm_world *world, fm_vo
     fm_result result = fm_volume_create(NULL, &desc, volume);
     if (result == FM_OK) {
         const fm_array array = {fm_volume_data(*volume), desc.type, desc.shape};
-        result = fm_world_read_field(world, &array, NULL);
+        result = fm_world_read_field(world, NULL, &array, NULL);
     }
     return result;
 }

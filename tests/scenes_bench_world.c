@@ -84,7 +84,7 @@ static void count_errors(fm_world *world, fm_world_border border, bench_world_er
     static uint8_t field[VOXELS];
     const int extents[3] = {X, Y, Z}, zero[3] = {0, 0, 0};
     CHECK_OK(fm_world_read(world, &(fm_box){{0, 0, 0}, {X, Y, Z}}, voxels));
-    CHECK_OK(fm_world_read_field(world, &(fm_array){field, FM_TYPE_U8, {X, Y, Z}}, NULL));
+    CHECK_OK(fm_world_read_field(world, NULL, &(fm_array){field, FM_TYPE_U8, {X, Y, Z}}, NULL));
     for (int i = 0; i < VOXELS; i++) {
         const int at[3] = {i % X, i / X % Y, i / X / Y};
         int begin[3], end[3];

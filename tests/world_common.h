@@ -152,7 +152,7 @@ static inline bool world_compare(world_pair *pair) {
     const fm_array distance_array = {distance, FM_TYPE_U32, shape};
     const fm_array color_array = {colors, FM_TYPE_U8, shape};
     const fm_box all = {{0, 0, 0}, {shape.x, shape.y, shape.z}};
-    bool good = CHECK_OK(fm_world_read_field(pair->world, &distance_array, &color_array)) &&
+    bool good = CHECK_OK(fm_world_read_field(pair->world, NULL, &distance_array, &color_array)) &&
                 CHECK_OK(fm_world_read(pair->world, &all, values));
     uint64_t wrong = 0;
     for (uint64_t i = 0; good && i < voxels; i++) {

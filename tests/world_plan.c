@@ -245,7 +245,7 @@ static void test_fresh(fm_context *context) {
         for (int updated = 0; updated < 2; updated++) {
             if (!updated ? CHECK_OK(fm_world_create(context, &desc, &world)) : CHECK_OK(fm_world_update(world, NULL))) {
                 uint32_t wrong = 0;
-                CHECK_OK(fm_world_read_field(world, &distance, &color));
+                CHECK_OK(fm_world_read_field(world, NULL, &distance, &color));
                 for (uint32_t i = 0; i < VOXELS; i++) {
                     wrong += distances[i] != wanted || colors[i] != 0;
                 }

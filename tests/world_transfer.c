@@ -223,6 +223,53 @@ static void test_save(fm_context *context) {
     fm_world_destroy(world);
 }
 
+// Whether element i of an array is distance d as the type holds it.
+static bool value_is(fm_type type, const void *values, uint32_t i, uint32_t d) {
+    switch (type) {
+    case FM_TYPE_F32:
+        return ((const float *)values)[i] == (float)d;
+    case FM_TYPE_U32:
+        return ((const uint32_t *)values)[i] == d;
+    case FM_TYPE_U16:
+        return ((const uint16_t *)values)[i] == (d < UINT16_MAX ? d : UINT16_MAX);
+    default:
+        return ((const uint8_t *)values)[i] == (d < UINT8_MAX ? d : UINT8_MAX);
+    }
+}
+
+// Boxes of a field whose distances and colours are known: a part of rows, whole rows of a slice, whole slices, a voxel.
+static void test_field_box(fm_world *world, const uint32_t *whole) {
+    static const fm_box boxes[] = {
+        {{2, 3, 4}, {9, 8, 6}}, {{0, 2, 1}, {37, 7, 6}}, {{0, 0, 3}, {37, 11, 6}}, {{3, 4, 5}, {4, 5, 6}}};
+    static const fm_type types[] = {FM_TYPE_U8, FM_TYPE_U16, FM_TYPE_U32, FM_TYPE_F32};
+    for (int b = 0; b < 4; b++) {
+        const fm_box *box = &boxes[b];
+        const fm_shape size = {(uint32_t)(box->end[0] - box->begin[0]), (uint32_t)(box->end[1] - box->begin[1]),
+                               (uint32_t)(box->end[2] - box->begin[2])};
+        for (int t = 0; t < 4; t++) {
+            _Alignas(uint32_t) uint8_t values[VOXELS * 4];
+            uint8_t colors[VOXELS];
+            CHECK_OK(fm_world_read_field(world, box, &(fm_array){values, types[t], size}, &(fm_array){colors, FM_TYPE_U8, size}));
+            bool good = true;
+            uint32_t i = 0;
+            for (int64_t z = box->begin[2]; z < box->end[2]; z++) {
+                for (int64_t y = box->begin[1]; y < box->end[1]; y++) {
+                    for (int64_t x = box->begin[0]; x < box->end[0]; x++, i++) {
+                        const uint32_t d = whole[x + 37 * (y + 11 * z)];
+                        good = good && value_is(types[t], values, i, d) && colors[i] == (d == 0 ? 0x34 : 0);
+                    }
+                }
+            }
+            CHECK(good);
+        }
+        uint32_t few[8];
+        const fm_array wrong = {few, FM_TYPE_U32, {size.x + 1, size.y, size.z}}, right = {few, FM_TYPE_U32, {1, 1, 1}};
+        CHECK_FAILS(fm_world_read_field(world, box, &wrong, NULL), FM_ERROR_INVALID_ARGUMENT);
+        CHECK_FAILS(fm_world_read_field(world, &(fm_box){{37, 0, 0}, {38, 1, 1}}, &right, NULL), FM_ERROR_INVALID_ARGUMENT);
+        CHECK_FAILS(fm_world_read_field(world, &(fm_box){{1, 1, 1}, {1, 2, 2}}, &right, NULL), FM_ERROR_INVALID_ARGUMENT);
+    }
+}
+
 static void test_fields(fm_context *context) {
     static const fm_type types[] = {FM_TYPE_U8, FM_TYPE_U16, FM_TYPE_U32, FM_TYPE_F32};
     for (int format = 0; format <= FM_FIELD_SQUARED_U32; format++) {
@@ -232,28 +279,23 @@ static void test_fields(fm_context *context) {
         uint32_t exact[VOXELS];
         uint8_t converted[VOXELS * 4], colors[VOXELS];
         const fm_array whole = {exact, FM_TYPE_U32, shape};
-        CHECK_OK(fm_world_read_field(world, &whole, NULL));
+        CHECK_OK(fm_world_read_field(world, NULL, &whole, NULL));
         CHECK(exact[3 + 37 * (4 + 11 * 5)] == 0 && exact[36 + 37 * (10 + 11 * 0)] == (format == FM_FIELD_SQUARED_U32 ? 1085 : 43));
         for (int t = 0; t < 4; t++) {
             const fm_array array = {converted, types[t], shape};
-            CHECK_OK(fm_world_read_field(world, &array, &(fm_array){colors, FM_TYPE_U8, shape}));
+            CHECK_OK(fm_world_read_field(world, NULL, &array, &(fm_array){colors, FM_TYPE_U8, shape}));
             bool good = true;
             for (int i = 0; i < VOXELS; i++) {
                 const uint32_t d = exact[i];
-                const void *at = converted + i * fm_type_size(types[t]);
-                const uint32_t most = types[t] == FM_TYPE_U8 ? UINT8_MAX : UINT16_MAX;
-                good = good && colors[i] == (d == 0 ? 0x34 : 0) &&
-                       (types[t] == FM_TYPE_F32   ? *(const float *)at == (float)d
-                        : types[t] == FM_TYPE_U32 ? *(const uint32_t *)at == d
-                        : types[t] == FM_TYPE_U16 ? *(const uint16_t *)at == (d < most ? d : most)
-                                                  : *(const uint8_t *)at == (d < most ? d : most));
+                good = good && colors[i] == (d == 0 ? 0x34 : 0) && value_is(types[t], converted, i, d);
             }
             CHECK(good);
         }
-        CHECK_FAILS(fm_world_read_field(world, &(fm_array){exact, FM_TYPE_I32, shape}, NULL), FM_ERROR_INVALID_ARGUMENT);
-        CHECK_FAILS(fm_world_read_field(world, &(fm_array){exact, FM_TYPE_U32, {1, 1, 1}}, NULL), FM_ERROR_INVALID_ARGUMENT);
-        CHECK_FAILS(fm_world_read_field(world, &whole, &(fm_array){exact, FM_TYPE_U32, shape}), FM_ERROR_INVALID_ARGUMENT);
-        CHECK_FAILS(fm_world_read_field(world, NULL, NULL), FM_ERROR_INVALID_ARGUMENT);
+        test_field_box(world, exact);
+        CHECK_FAILS(fm_world_read_field(world, NULL, &(fm_array){exact, FM_TYPE_I32, shape}, NULL), FM_ERROR_INVALID_ARGUMENT);
+        CHECK_FAILS(fm_world_read_field(world, NULL, &(fm_array){exact, FM_TYPE_U32, {1, 1, 1}}, NULL), FM_ERROR_INVALID_ARGUMENT);
+        CHECK_FAILS(fm_world_read_field(world, NULL, &whole, &(fm_array){exact, FM_TYPE_U32, shape}), FM_ERROR_INVALID_ARGUMENT);
+        CHECK_FAILS(fm_world_read_field(world, NULL, NULL, NULL), FM_ERROR_INVALID_ARGUMENT);
         fm_world_destroy(world);
     }
 }
@@ -354,7 +396,7 @@ static void test_query(fm_context *context) {
         }
         CHECK_OK(fm_world_write(world, &everything, voxels));
         CHECK_OK(fm_world_update(world, NULL));
-        CHECK_OK(fm_world_read_field(world, &(fm_array){distance, FM_TYPE_F32, shape}, NULL));
+        CHECK_OK(fm_world_read_field(world, NULL, &(fm_array){distance, FM_TYPE_F32, shape}, NULL));
         CHECK_OK(fm_world_query(world, (const float(*)[3])positions, COUNT, samples));
         bool good = true;
         for (int i = 0; i < COUNT && good; i++) {

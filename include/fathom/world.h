@@ -207,12 +207,13 @@ FM_API fm_result fm_world_export_fd(const fm_world *world, int *fd);
 // on Vulkan and for a NULL world.
 FM_API const void *fm_world_field_data(const fm_world *world);
 
-// Copies distances to a host array of the world's shape: U8, U16, U32 or F32 (the squared distance for FM_FIELD_SQUARED_U32),
-// saturated to the type. A value that the format saturates stays what the format holds. `colors` (NULL allowed) is a U8 array.
-// Waits for the newest update. Errors: FM_ERROR_INVALID_ARGUMENT for NULL, another shape or type, data that is not aligned to its
-// elements; FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL as for
-// fm_world_read: the arrays may then be filled in part.
-FM_API fm_result fm_world_read_field(fm_world *world, const fm_array *distance, const fm_array *colors);
+// Copies the distances of a box, or of the whole world where `box` is NULL, to a host array of its shape: U8, U16, U32 or F32 (the
+// squared distance for FM_FIELD_SQUARED_U32), saturated to the type. A value that the format saturates stays what the format holds.
+// `colors` (NULL allowed) is a U8 array. Waits for the newest update. Errors: FM_ERROR_INVALID_ARGUMENT for NULL, a box that holds
+// no voxel or reaches out of the world, another shape or type, data that is not aligned to its elements;
+// FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL as for fm_world_read: the
+// arrays may then be filled in part.
+FM_API fm_result fm_world_read_field(fm_world *world, const fm_box *box, const fm_array *distance, const fm_array *colors);
 
 // Distance and gradient at positions in voxel units (voxel centres are whole numbers), by trilinear interpolation of the distances
 // (their roots for L2) of the 8 voxels around; positions outside the world take the nearest place in it, and a coordinate that is
