@@ -7,6 +7,7 @@
 #include "files.h"
 #include "method.h"
 #include "report.h"
+#include "tables.h"
 #include "words.h"
 #include "world_script.h"
 
@@ -198,15 +199,15 @@ static void print_method(FILE *stream, const world_request *request) {
     fprintf(stream, "\n");
 }
 
+static const char *start_name(const world_request *request) {
+    return request->in ? request->in : request->scene ? fm_scene_name(request->scene) : "air";
+}
+
 static void report_text(FILE *stream, const world_request *request, const world_outcome *outcome) {
     const fm_shape shape = request->desc.shape;
     const fm_world_stats *stats = &outcome->stats;
     char text[32];
-    fprintf(stream, "%s: %u x %u x %u\n",
-            request->in      ? request->in
-            : request->scene ? fm_scene_name(request->scene)
-                             : "air",
-            shape.x, shape.y, shape.z);
+    fprintf(stream, "%s: %u x %u x %u\n", start_name(request), shape.x, shape.y, shape.z);
     fprintf(stream, "backend: %s, %s (%s)\n", fm_backend_words[outcome->backend], outcome->device.name, outcome->device.driver);
     print_method(stream, request);
     fprintf(stream, "%u edits in %u updates, %.3f ms of wall time in all; the newest update:\n\n", outcome->edits, outcome->updates,
@@ -226,12 +227,16 @@ static void report_text(FILE *stream, const world_request *request, const world_
     print_errors(stream, "the world", &outcome->whole);
     print_errors(stream, "what each chunk sees", &outcome->domain);
     print_places(stream, request, outcome);
-    const char *const outputs[] = {request->voxels, request->field, request->slice};
-    static const char *const what[] = {"voxels", "distances", "middle slice of the distances"};
-    for (int i = 0; i < 3; i++) {
+    const char *const outputs[] = {request->voxels, request->field};
+    static const char *const what[] = {"voxels", "distances"};
+    for (int i = 0; i < 2; i++) {
         if (outputs[i]) {
             fprintf(stream, "%s: %s\n", files_is_pipe(outputs[i]) ? "standard output" : outputs[i], what[i]);
         }
+    }
+    if (request->slice) {
+        fprintf(stream, "%s: middle slice of the distances, values %g to %g\n", request->slice, outcome->slice.min,
+                outcome->slice.max);
     }
 }
 
@@ -253,6 +258,11 @@ static void add_method(cJSON *root, const world_request *request) {
     cJSON_AddNumberToObject(root, "chunk", method->chunk);
     cJSON_AddStringToObject(root, "border", fm_world_border_words[method->border]);
     cJSON_AddStringToObject(root, "convergence", fm_world_convergence_words[method->convergence]);
+    if (method->algorithm == FM_WORLD_SELECTIVE) {
+        cJSON_AddStringToObject(root, "near", fm_world_algorithm_words[method->near_algorithm]);
+        cJSON_AddStringToObject(root, "far", fm_world_algorithm_words[method->far_algorithm]);
+        cJSON_AddNumberToObject(root, "focus_chunks", method->focus_chunks);
+    }
 }
 
 static void add_places(cJSON *root, const world_request *request, const world_outcome *outcome) {
@@ -266,9 +276,25 @@ static void add_places(cJSON *root, const world_request *request, const world_ou
     }
 }
 
+static void add_outputs(cJSON *root, const world_request *request, const world_outcome *outcome) {
+    if (request->voxels) {
+        cJSON_AddStringToObject(root, "voxels", request->voxels);
+    }
+    if (request->field) {
+        cJSON_AddStringToObject(root, "field", request->field);
+    }
+    if (request->slice) {
+        cJSON *slice = cJSON_AddObjectToObject(root, "slice");
+        cJSON_AddStringToObject(slice, "file", request->slice);
+        cJSON_AddNumberToObject(slice, "min", outcome->slice.min);
+        cJSON_AddNumberToObject(slice, "max", outcome->slice.max);
+    }
+}
+
 static bool print_json(FILE *stream, const world_request *request, const world_outcome *outcome) {
     const fm_world_stats *stats = &outcome->stats;
     cJSON *root = cJSON_CreateObject();
+    cJSON_AddStringToObject(root, "start", start_name(request));
     cJSON_AddItemToObject(root, "shape", report_shape_json(request->desc.shape));
     add_method(root, request);
     cJSON_AddStringToObject(root, "backend", fm_backend_words[outcome->backend]);
@@ -283,9 +309,11 @@ static bool print_json(FILE *stream, const world_request *request, const world_o
     cJSON_AddNumberToObject(root, "chunks", (double)stats->chunks);
     cJSON_AddNumberToObject(root, "iterations", (double)stats->iterations);
     cJSON_AddBoolToObject(root, "full", stats->full);
+    cJSON_AddItemToObject(root, "memory", bench_memory_json(outcome->memory, outcome->memory_count));
     add_errors(root, "errors", &outcome->whole);
     add_errors(root, "errors_of_chunks", &outcome->domain);
     add_places(root, request, outcome);
+    add_outputs(root, request, outcome);
     return report_json(stream, root);
 }
 
@@ -304,7 +332,6 @@ static int report(const world_request *request, const world_outcome *outcome) {
     return CLI_DONE;
 }
 
-// What is in the world at first; NULL in `volume`: air. Returns an exit code.
 // Leaves of a volume what is at the threshold or above: bytes keep their value, other types become 1. A distance of 0 tells.
 static int keep_solid(fm_context *context, double threshold, fm_volume **volume) {
     fm_volume_desc desc;
@@ -335,6 +362,7 @@ static int keep_solid(fm_context *context, double threshold, fm_volume **volume)
     return CLI_DONE;
 }
 
+// What is in the world at first; NULL in `volume`: air. Returns an exit code.
 static int start_volume(world_request *request, bench_session *session, fm_volume **volume) {
     enum { OCTOMAP_OCCUPIED = 2 };
     *volume = NULL;
@@ -548,7 +576,9 @@ int command_world(int argc, char **argv) {
     static const cli_help help = {
         "world",
         "Makes an editable world, edits it by a script while its distance field is kept up to date, and tells what that cost.\n"
-        "Distances are Manhattan ones; squared Euclidean ones with --format squared.\n\n" WORLD_SCRIPT_HELP,
+        "Distances are Manhattan ones; squared Euclidean ones with --format squared.\n\n"
+        "Colours have 8 bits, RGB332: three of red, three of green, two of blue. Those of a palette are cut to "
+        "them.\n\n" WORLD_SCRIPT_HELP,
         "fathom world --scene terrain --size 128 --edit 'delete sphere 64,64,70 20' --at 64,64,70 --voxels dug.vox --field "
         "dug.npy\n"
         "fathom world city.vox --edits changes.txt --format squared --type f32 --field field.nrrd\n"

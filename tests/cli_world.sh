@@ -51,8 +51,14 @@ if command -v python3 >/dev/null; then
     python3 -c '
 import json
 d = json.load(open("j.json"))
-assert d["shape"] == [5, 6, 7] and d["edits"] == 1 and d["updates"] == 2 and d["algorithm"] == "exact"' || bad "JSON is not as expected"
+assert d["shape"] == [5, 6, 7] and d["edits"] == 1 and d["updates"] == 2 and d["algorithm"] == "exact"
+assert d["start"] == "air" and not any(k in d for k in ("near", "far", "voxels", "field", "slice"))
+held = {m["purpose"]: m["bytes"] for m in d["memory"]}
+assert held["voxels"] == 4 * 5 * 6 * 7 and held["field"] >= 4 * 5 * 6 * 7' || bad "JSON is not as expected"
 fi
+ends 0 world --size 9 --edit 'place voxel 1,2,4' --algorithm selective --chunk 8 --near fim --field f.npy --slice s.png --json --backend cpu
+tr -d '\n\t' <.out | grep -q '"near":"fim","far":"jfa-published".*"field":"f.npy","slice":{"file":"s.png","min":0,"max":[1-9]' ||
+    bad "JSON lacks what text has: $(cat .out)"
 printf 'place voxel 1,2,3' | "$fathom" world --size 5 --edits - --field - --type u16 2>/dev/null | "$fathom" info - >.out || bad "no field in the pipe"
 grep -q 'uint16' .out || bad "the field in the pipe is not uint16"
 
