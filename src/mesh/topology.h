@@ -8,6 +8,7 @@
 
 struct fm_topology {
     fm_mesh_info info;
+    uint64_t positions;     // different ones, of vertices that no triangle names too
     uint32_t *distinct;     // a vertex: the number of its position
     uint32_t (*across)[3];  // a triangle's edge (0: corners 0 and 1): the other triangle of a manifold edge, else FM_NO_TRIANGLE
     // Angle-weighted normals, not of unit length, of the positions of `normals_version`; doubles, for sums of small angles.
