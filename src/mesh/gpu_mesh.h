@@ -10,16 +10,23 @@
 
 // Buffers for arrays and tree, and the arrays uploaded.
 fm_result fm_gpu_mesh_create(fm_mesh *mesh);
+// Waits for work in flight that reads it.
 void fm_gpu_mesh_destroy(fm_mesh *mesh);
-// New positions from the host's array.
+// New positions from the host's array. The caller raises the mesh's version.
 fm_result fm_gpu_mesh_upload(fm_mesh *mesh);
-// Records what makes the tree fit the present positions, if it does not: a build, or with `refit` and a tree there is a refit.
-// Passes "tree".
+
+// Records what makes the tree fit the present positions, if it does not: a build, or with `refit` and a tree that is not older than
+// the mesh's `rebuild_version` a refit. Ends passes "tree". What is recorded afterwards may walk the tree. When the slot is not
+// submitted after all, call fm_gpu_mesh_forget.
 fm_result fm_gpu_mesh_tree(fm_mesh *mesh, fm_slot *slot, bool refit);
-// Where kernels find the mesh, valid once the tree has been recorded.
+// What was recorded for the mesh never ran: its tree and whatever follows from it is to be made anew.
+void fm_gpu_mesh_forget(fm_mesh *mesh);
+// Where kernels find the mesh. Its vertices and triangles are valid always, its tree once it has been recorded.
 fm_mesh_refs fm_gpu_mesh_refs(const fm_mesh *mesh);
-// Host and device agree on the vertices' buffer, so that kernels may write it (scenes): call fm_gpu_mesh_touch after.
+
+// Address of the vertices, which kernels may write (scenes): call fm_gpu_mesh_touch when that has been recorded.
 uint64_t fm_gpu_mesh_vertices(const fm_mesh *mesh);
+// The positions on the device have changed, and no longer are those of the host.
 void fm_gpu_mesh_touch(fm_mesh *mesh);
 
 fm_result fm_gpu_mesh_closest(fm_mesh *mesh, const float (*positions)[3], uint32_t count, float bound, fm_closest *closest);

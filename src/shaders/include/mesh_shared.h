@@ -5,8 +5,10 @@
 // What C and GLSL both know of meshes, by the rules of shared.h.
 
 #include "shared.h"
+#include "voxel_rule.h"
 
-// Where a mesh lies: vertices of three floats, triangles of three indices, the nodes of its tree.
+// Where a mesh lies: vertices of three floats, triangles of three indices, its tree. The tree is an array of nodes, one for each
+// triangle but at least one, and behind them a record for each triangle in the order of the leaves. bvh.glsl says what is in both.
 FM_PUSH_STRUCT(fm_mesh_refs) {
     fm_address vertices;
     fm_address triangles;
@@ -14,5 +16,70 @@ FM_PUSH_STRUCT(fm_mesh_refs) {
     fm_uint triangle_count;
     fm_uint vertex_count;
 };
+
+#define FM_NODE_BYTES 64
+#define FM_RECORD_BYTES 48
+#define FM_LEAF_TRIANGLES 4  // a subtree of no more is a leaf
+
+// Features of a triangle, as fm_feature numbers them.
+#define FM_GPU_FACE 0
+#define FM_GPU_EDGE_0 1    // and two more
+#define FM_GPU_CORNER_0 4  // and two more
+
+// Work lists of voxelisation: two counts of triangles, the groups of an indirect dispatch for each, then a triangle an entry.
+#define FM_VOXELIZE_LARGE 0  // a group each
+#define FM_VOXELIZE_HUGE 4   // FM_VOXELIZE_PARTS groups each; from the list's back
+#define FM_VOXELIZE_LARGE_GROUPS 8
+#define FM_VOXELIZE_HUGE_GROUPS 20
+#define FM_VOXELIZE_ENTRIES 32
+#define FM_VOXELIZE_PARTS 64u
+#define FM_VOXELIZE_SMALL 64u            // voxels or rows that an invocation tries by itself
+#define FM_VOXELIZE_GROUP_COLUMNS 4096u  // that a group does by itself
+
+// Triangles to voxels.
+FM_PUSH_STRUCT(fm_voxelize_push) {
+    fm_mesh_refs mesh;
+    fm_address voxels;  // or counts of crossings: 32 bits for each voxel of the slices in question
+    fm_address lists;
+    fm_voxel_grid grid;
+    fm_uint row_words;
+    fm_uint z_begin, z_end;  // the slices whose crossings are counted
+};
+
+// Counts of crossings to voxels inside, for `slices` slices from z_begin on.
+FM_PUSH_STRUCT(fm_voxel_fill_push) {
+    fm_address counts;
+    fm_address voxels;
+    fm_uint x, y;
+    fm_uint z_begin, slices;
+    fm_uint row_words;
+};
+
+#ifdef __STDC__
+_Static_assert(sizeof(fm_voxelize_push) <= 128, "push constants are 128 bytes on every device");
+#endif
+
+// Building the tree. Keys are sorted by a radix of 8 bits in tiles; consecutive tiles make a run, which one group does.
+#define FM_TREE_THREADS 256
+#define FM_SORT_TILE 1024
+#define FM_SORT_MOST_RUNS 2048
+#define FM_SORT_DIGITS 256
+#define FM_KEY_BITS 32
+#define FM_KEY_UNFIT 0xffffffffu  // of a triangle that does not fit; others are below 2^30
+
+FM_PUSH_STRUCT(fm_tree_push) {
+    fm_mesh_refs mesh;
+    fm_address box;                  // of the triangles' centres: low x, y, z, high x, y, z as numbers that order as the floats do
+    fm_address keys, numbers;        // of the triangles, in order once they are sorted
+    fm_address keys_to, numbers_to;  // where a pass of the sort puts them
+    fm_address counts;               // of keys: for each digit its runs; then the digits' sums
+    fm_address meetings;             // a word a node, FM_GPU_NONE at first: the far end of the child that came first
+    fm_uint shift;                   // of the digit
+    fm_uint runs, run_tiles;
+};
+
+#ifdef __STDC__
+_Static_assert(sizeof(fm_tree_push) <= 128, "push constants are 128 bytes on every device");
+#endif
 
 #endif
