@@ -42,6 +42,11 @@ typedef enum fm_kernel {
     FM_KERNEL_MARCH,
     FM_KERNEL_MARCH_BEAM,
     FM_KERNEL_PICK,
+    FM_KERNEL_VOXELIZE,
+    FM_KERNEL_VOXELIZE_LARGE,
+    FM_KERNEL_VOXELIZE_FILL,
+    FM_KERNEL_RTSDF_FLOOD,
+    FM_KERNEL_RTSDF_TRACE,
     FM_KERNEL_TREE_BOUNDS,
     FM_KERNEL_TREE_CODES,
     FM_KERNEL_TREE_COUNT,
@@ -86,5 +91,7 @@ uint64_t fm_buffer_address(const fm_buffer *buffer);
 
 // Device scratch memory of at least `bytes`, kept by the context. Waits for the work in flight when it must grow.
 fm_result fm_gpu_scratch(fm_gpu *gpu, uint64_t bytes, uint64_t *address);
+// Its buffer, for counts of indirect dispatches; until the next call of fm_gpu_scratch.
+fm_buffer *fm_gpu_scratch_buffer(const fm_gpu *gpu);
 
 #endif

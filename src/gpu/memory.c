@@ -300,6 +300,10 @@ fm_result fm_gpu_scratch(fm_gpu *gpu, uint64_t bytes, uint64_t *address) {
     return FM_OK;
 }
 
+fm_buffer *fm_gpu_scratch_buffer(const fm_gpu *gpu) {
+    return gpu->scratch;
+}
+
 fm_result fm_gpu_trim(fm_gpu *gpu) {
     FM_TRY(fm_gpu_wait(gpu, gpu->newest));
     fm_buffer_destroy(gpu->scratch);

@@ -2,6 +2,7 @@
 #include "mesh/mesh.h"
 
 #include "mesh/bvh.h"
+#include "mesh/gpu_mesh.h"
 #include "mesh/topology.h"
 #include "mesh/winding.h"
 
@@ -63,6 +64,13 @@ fm_result fm_mesh_create(fm_context *context, const fm_mesh_desc *desc, fm_mesh 
     if (desc->triangle_count > 0) {
         memcpy(mesh->triangles, desc->triangles, desc->triangle_count * sizeof *mesh->triangles);
     }
+    if (context->gpu) {
+        const fm_result status = fm_gpu_mesh_create(mesh);
+        if (status != FM_OK) {
+            fm_mesh_destroy(mesh);
+            return status;
+        }
+    }
     *result = mesh;
     return FM_OK;
 }
@@ -72,6 +80,7 @@ void fm_mesh_destroy(fm_mesh *mesh) {
         return;
     }
     const fm_allocator *allocator = &mesh->context->allocator;
+    fm_gpu_mesh_destroy(mesh);
     fm_bvh_destroy(allocator, mesh->bvh);
     fm_topology_destroy(allocator, mesh);
     fm_winding_destroy(allocator, mesh->winding);
@@ -94,6 +103,9 @@ fm_result fm_mesh_deform(fm_mesh *mesh, const float (*vertices)[3], fm_tree tree
         return FM_OK;
     }
     memmove(mesh->vertices, vertices, mesh->vertex_count * sizeof *mesh->vertices);
+    if (mesh->gpu) {
+        FM_TRY(fm_gpu_mesh_upload(mesh));
+    }
     mesh->version++;
     if (tree == FM_TREE_REBUILD) {
         mesh->rebuild_version = mesh->version;

@@ -31,7 +31,7 @@ fm_result fm_mesh_voxelize(fm_mesh *mesh, const fm_voxelize_desc *desc, fm_volum
     }
     FM_TRY(check_place(mesh->context, voxels, "voxels"));
     if (mesh->context->gpu) {
-        return fm_fail(FM_ERROR_UNSUPPORTED, "meshes are not voxelised on Vulkan yet: use FM_BACKEND_CPU");
+        return fm_gpu_mesh_voxelize(mesh, desc, voxels, ticket);
     }
     FM_TRY(fm_host_voxelize(mesh, desc, voxels));
     if (ticket) {

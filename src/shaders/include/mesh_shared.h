@@ -4,6 +4,7 @@
 
 // What C and GLSL both know of meshes, by the rules of shared.h.
 
+#include "rtsdf_rule.h"
 #include "shared.h"
 #include "voxel_rule.h"
 
@@ -55,8 +56,51 @@ FM_PUSH_STRUCT(fm_voxel_fill_push) {
     fm_uint row_words;
 };
 
+// A step of jump flooding.
+FM_PUSH_STRUCT(fm_flood_push) {
+    fm_address bits;    // voxels, for the first step
+    fm_address source;  // seeds, for the others
+    fm_address target;  // seeds; of the last step distances
+    fm_int shape[3];
+    fm_uint row_words;
+    fm_int step;
+    fm_float weight[3];  // fm_seed_distance2
+    fm_float unit;       // smallest edge of a voxel, in world units
+    fm_float beta;       // likewise
+};
+
+// Rays from the texels of the fine field. Lengths are in world units.
+FM_PUSH_STRUCT(fm_trace_push) {
+    fm_mesh_refs mesh;
+    fm_address coarse;
+    fm_address fine;
+    fm_int shape[3];  // of the coarse field
+    fm_float origin[3];
+    fm_float spacing[3];  // of the fine one
+    fm_float mask, alpha, bias;
+    fm_uint frame, seed, rays;
+    fm_uint first;  // 1: the fine field holds nothing yet
+};
+
+// What mesh_query.comp answers.
+#define FM_QUERY_CLOSEST 0
+#define FM_QUERY_FIRST 1
+#define FM_QUERY_ANY 2
+
+#define FM_MOMENT_BYTES 64  // of a child; a node has two
+
+// Questions and answers as the public structs have them: fm_closest, fm_mesh_ray, fm_mesh_hit; winding numbers are floats.
+FM_PUSH_STRUCT(fm_query_push) {
+    fm_mesh_refs mesh;
+    fm_address moments;
+    fm_address questions;
+    fm_address answers;
+    fm_uint count;
+    fm_float bound;  // of the closest; of winding numbers the accuracy
+};
+
 #ifdef __STDC__
-_Static_assert(sizeof(fm_voxelize_push) <= 128, "push constants are 128 bytes on every device");
+_Static_assert(sizeof(fm_voxelize_push) <= 128 && sizeof(fm_trace_push) <= 128, "push constants are 128 bytes on every device");
 #endif
 
 // Building the tree. Keys are sorted by a radix of 8 bits in tiles; consecutive tiles make a run, which one group does.
@@ -74,11 +118,13 @@ FM_PUSH_STRUCT(fm_tree_push) {
     fm_address keys_to, numbers_to;  // where a pass of the sort puts them
     fm_address counts;               // of keys: for each digit its runs; then the digits' sums
     fm_address meetings;             // a word a node, FM_GPU_NONE at first: the far end of the child that came first
+    fm_address moments;              // two a node
     fm_uint shift;                   // of the digit
     fm_uint runs, run_tiles;
 };
 
 #ifdef __STDC__
+_Static_assert(sizeof(fm_query_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_tree_push) <= 128, "push constants are 128 bytes on every device");
 #endif
 
