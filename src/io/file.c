@@ -58,17 +58,19 @@ static const fm_codec *codec_by_name(const char *name) {
     return NULL;
 }
 
-void fm_reader_note(fm_reader *reader, const char *format, ...) {
-    char *note = reader->info.note;
-    size_t size = sizeof reader->info.note;
+void fm_note_append(char note[FM_NOTE_SIZE], const char *format, va_list arguments) {
     size_t used = strlen(note);
-    if (used > 0 && used + 2 < size) {
+    if (used > 0 && used + 2 < FM_NOTE_SIZE) {
         memcpy(note + used, "; ", 3);
         used += 2;
     }
+    vsnprintf(note + used, FM_NOTE_SIZE - used, format, arguments);
+}
+
+void fm_reader_note(fm_reader *reader, const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
-    vsnprintf(note + used, size - used, format, arguments);
+    fm_note_append(reader->info.note, format, arguments);
     va_end(arguments);
 }
 
@@ -236,14 +238,13 @@ static const fm_allocator *allocator_of(const fm_context *context) {
 
 static const fm_read_desc read_defaults;
 
-// Numbers in headers have a decimal point, whatever the program's locale. Returns what to give to locale_restore.
-static locale_t locale_plain(void) {
+locale_t fm_locale_plain(void) {
     // glibc's C locale is static: this does not fail.
     locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
     return plain ? uselocale(plain) : (locale_t)0;
 }
 
-static void locale_restore(locale_t before) {
+void fm_locale_restore(locale_t before) {
     locale_t plain = before ? uselocale(before) : (locale_t)0;
     if (plain) {
         freelocale(plain);
@@ -269,9 +270,9 @@ static fm_result read_path(fm_context *context, const char *path, const fm_read_
     if (piped && standard.format == FM_FORMAT_AUTO) {
         standard.format = FM_FORMAT_NPY;
     }
-    locale_t before = locale_plain();
+    locale_t before = fm_locale_plain();
     fm_result result = fm_file_read_input(context, input, piped ? NULL : path, &standard, volume, info);
-    locale_restore(before);
+    fm_locale_restore(before);
     fm_input_close(input);
     return result;
 }
@@ -358,9 +359,9 @@ fm_result fm_file_write(const char *path, const fm_volume *volume, const fm_writ
     // Downloading does not change a volume, but its type does not say so.
     fm_result result = copy ? fm_volume_download((fm_volume *)(uintptr_t)volume, copy) : FM_OK;
     if (result == FM_OK) {
-        locale_t before = locale_plain();
+        locale_t before = fm_locale_plain();
         result = codec->write(&writer);
-        locale_restore(before);
+        fm_locale_restore(before);
     }
     if (result == FM_OK) {
         result = complete(&writer, batch);

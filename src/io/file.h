@@ -8,6 +8,9 @@
 #include "io/stream.h"
 #include "volume/volume.h"
 
+#include <locale.h>
+#include <stdarg.h>
+
 // An array of elements as it lies in a file, x fastest unless `fortran_order`.
 typedef struct fm_dense {
     fm_type type;
@@ -78,6 +81,10 @@ bool fm_name_ends(const char *name, const char *suffix);
 // `name` less its last `cut` bytes and with `suffix` put on, of `*size` bytes from the allocator.
 char *fm_name_with_suffix(const fm_allocator *allocator, const char *name, size_t cut, const char *suffix, uint64_t *size);
 
+enum { FM_NOTE_SIZE = 256 };
+
+// Appends a clause to a note.
+void fm_note_append(char note[FM_NOTE_SIZE], const char *format, va_list arguments) FM_PRINTF(2, 0);
 // Appends to `info.note`.
 void fm_reader_note(fm_reader *reader, const char *format, ...) FM_PRINTF(2, 3);
 // Memory of the codec's own, freed with the reader.
@@ -102,6 +109,10 @@ fm_result fm_writer_open(fm_writer *writer, bool gzip);
 fm_result fm_writer_text(fm_output *output, const char *format, ...) FM_PRINTF(2, 3);
 // All elements, in the machine's byte order; `unpack` writes a byte for each bit.
 fm_result fm_writer_elements(fm_writer *writer, fm_output *output, bool unpack);
+
+// Numbers in files have a decimal point, whatever the program's locale. Returns what to give to fm_locale_restore.
+locale_t fm_locale_plain(void);
+void fm_locale_restore(locale_t before);
 
 // Bit `x` of a row of FM_TYPE_BITS.
 static inline bool fm_bit(const uint32_t *row, uint32_t x) {

@@ -291,8 +291,8 @@ void fm_input_close(fm_input *input) {
     fm_free(input->allocator, input, sizeof *input);
 }
 
-// Like fm_input_read, but stops quietly at the end of the file.
-static fm_result read_some(fm_input *input, uint8_t *target, uint64_t size, uint64_t *total) {
+fm_result fm_input_read_some(fm_input *input, void *memory, uint64_t size, uint64_t *total) {
+    uint8_t *target = memory;
     window *w = front(input);
     uint64_t done = fm_min_u64(size, w->end - w->begin);
     memcpy(target, w->bytes + w->begin, (size_t)done);
@@ -328,7 +328,7 @@ fm_result fm_input_read(fm_input *input, void *target, uint64_t size, const char
     if (size == 0) {
         return FM_OK;
     }
-    FM_TRY(read_some(input, target, size, &got));
+    FM_TRY(fm_input_read_some(input, target, size, &got));
     if (got < size) {
         return fm_input_fail(input, FM_ERROR_FORMAT,
                              "ends after %llu bytes, within %s, %llu bytes short: the file is truncated, get it again",
@@ -423,7 +423,7 @@ fm_result fm_input_slurp(fm_input *input, uint64_t max, uint8_t **result, uint64
     }
     for (;;) {
         uint64_t got = 0;
-        fm_result status = read_some(input, data + size, capacity - size, &got);
+        fm_result status = fm_input_read_some(input, data + size, capacity - size, &got);
         size += got;
         if (status == FM_OK && size < capacity) {
             break;
@@ -490,6 +490,10 @@ fm_result fm_input_require(const fm_input *input, uint64_t bytes, const char *cl
 
 uint64_t fm_input_file_size(const fm_input *input) {
     return input->file_size;
+}
+
+uint64_t fm_input_source_position(const fm_input *input) {
+    return input->fetched - (input->source.end - input->source.begin);
 }
 
 uint64_t fm_input_position(const fm_input *input) {

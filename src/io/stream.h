@@ -27,6 +27,8 @@ void fm_input_close(fm_input *input);
 fm_result fm_input_peek(fm_input *input, size_t wanted, const uint8_t **bytes, size_t *available);
 // Exactly `size` bytes. A file that ends before is a FM_ERROR_FORMAT that names `part`.
 fm_result fm_input_read(fm_input *input, void *target, uint64_t size, const char *part);
+// Like fm_input_read, but stops quietly at the end of the file.
+fm_result fm_input_read_some(fm_input *input, void *target, uint64_t size, uint64_t *got);
 fm_result fm_input_skip(fm_input *input, uint64_t size, const char *part);
 // A line without its end ("\n" or "\r\n"), as a string. A line of `capacity` bytes or more, or one with a NUL, is refused.
 // `*end` (NULL allowed: the end of the file is an error then) tells that the file ended before any byte of the line.
@@ -50,6 +52,8 @@ fm_result fm_input_require(const fm_input *input, uint64_t bytes, const char *cl
 uint64_t fm_input_file_size(const fm_input *input);
 // Bytes taken so far (after decompression).
 uint64_t fm_input_position(const fm_input *input);
+// Bytes of the source, as it lies on disk, that have been used for them.
+uint64_t fm_input_source_position(const fm_input *input);
 const char *fm_input_name(const fm_input *input);
 
 // Sets the message "NAME: ..." and returns `result`.
