@@ -32,7 +32,12 @@ void fm_bvh_destroy(const fm_allocator *allocator, fm_bvh *bvh);
 
 // `nearest` holds a first guess on entry, as a bound: only what is nearer replaces it.
 void fm_bvh_nearest(const fm_mesh *mesh, const float position[3], fm_nearest *nearest);
+// NaN-bearing rays hit nothing.
 fm_mesh_hit fm_bvh_cast(const fm_mesh *mesh, const fm_mesh_ray *ray, bool any);
+
+// Calls `fn` for triangles that may overlap the box, among them all that do.
+typedef void (*fm_bvh_fn)(void *user, uint32_t triangle);
+void fm_bvh_overlaps(const fm_mesh *mesh, const float low[3], const float high[3], fm_bvh_fn fn, void *user);
 
 // The nearest point of one triangle, for guesses; its corners must fit (fm_triangle_fits). Computed in double precision.
 fm_nearest fm_triangle_nearest(const fm_mesh *mesh, uint32_t triangle, const float position[3]);

@@ -67,10 +67,14 @@ fm_point_on_triangle fm_point_nearest(const float *const corners[3], const float
     return best;
 }
 
-fm_nearest fm_triangle_nearest(const fm_mesh *mesh, uint32_t triangle, const float position[3]) {
+fm_point_on_triangle fm_triangle_point(const fm_mesh *mesh, uint32_t triangle, const float position[3]) {
     const uint32_t *corners = mesh->triangles[triangle];
     const float *const points[3] = {mesh->vertices[corners[0]], mesh->vertices[corners[1]], mesh->vertices[corners[2]]};
-    const fm_point_on_triangle found = fm_point_nearest(points, position);
+    return fm_point_nearest(points, position);
+}
+
+fm_nearest fm_triangle_nearest(const fm_mesh *mesh, uint32_t triangle, const float position[3]) {
+    const fm_point_on_triangle found = fm_triangle_point(mesh, triangle, position);
     fm_nearest nearest = {.distance2 = (float)found.distance2, .triangle = triangle, .feature = found.feature};
     for (int axis = 0; axis < 3; axis++) {
         nearest.point[axis] = (float)(position[axis] + found.offset[axis]);
@@ -92,33 +96,23 @@ bool fm_ray_shear(const fm_mesh_ray *ray, fm_sheared_ray *sheared) {
     }
     // The handedness stays, so that the sign of an area tells the side.
     const int next = (longest + (along < 0 ? 2 : 1)) % 3;
-    *sheared = (fm_sheared_ray){.axes = {next, 3 - longest - next, longest}, .ray = ray};
+    *sheared = (fm_sheared_ray){.axes = {next, 3 - longest - next, longest}, .first = ray->first, .last = ray->last};
+    for (int axis = 0; axis < 3; axis++) {
+        sheared->origin[axis] = ray->origin[sheared->axes[axis]];
+    }
     sheared->shear[0] = ray->direction[sheared->axes[0]] / along;
     sheared->shear[1] = ray->direction[sheared->axes[1]] / along;
     sheared->shear[2] = 1 / along;
     return true;
 }
 
-// The sides of the ray that the three edges lie on, in doubles: products of sheared differences decide alike for both triangles of
-// an edge, since swapping the ends of an edge changes nothing but the sign.
-void fm_ray_triangle(const fm_mesh *mesh, uint32_t triangle, const fm_sheared_ray *sheared, fm_mesh_hit *hit) {
-    const fm_mesh_ray *ray = sheared->ray;
-    double x[3], y[3], z[3];
-    for (int i = 0; i < 3; i++) {
-        const float *p = mesh->vertices[mesh->triangles[triangle][i]];
-        const double along = (double)p[sheared->axes[2]] - ray->origin[sheared->axes[2]];
-        x[i] = ((double)p[sheared->axes[0]] - ray->origin[sheared->axes[0]]) - sheared->shear[0] * along;
-        y[i] = ((double)p[sheared->axes[1]] - ray->origin[sheared->axes[1]]) - sheared->shear[1] * along;
-        z[i] = sheared->shear[2] * along;
-    }
-    const double u = x[2] * y[1] - y[2] * x[1], v = x[0] * y[2] - y[0] * x[2], w = x[1] * y[0] - y[1] * x[0];
-    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) {
+void fm_ray_keep(const fm_sheared_ray *ray, uint32_t triangle, const double weights[3], const double along[3], fm_mesh_hit *hit) {
+    const double sum = weights[0] + weights[1] + weights[2];
+    if (sum == 0) {
         return;
     }
-    const double sum = u + v + w;
-    const float t = (float)((u * z[0] + v * z[1] + w * z[2]) / sum);
-    if (sum == 0 || !(t >= ray->first && t <= ray->last && t < hit->t)) {
-        return;
+    const float t = (float)(dot(weights, along) / sum * ray->shear[2]);
+    if (t >= ray->first && t <= ray->last && t < hit->t) {
+        *hit = (fm_mesh_hit){t, triangle, (float)(weights[1] / sum), (float)(weights[2] / sum), sum < 0};
     }
-    *hit = (fm_mesh_hit){t, triangle, (float)(v / sum), (float)(w / sum), sum < 0};
 }

@@ -15,19 +15,22 @@ typedef struct fm_point_on_triangle {
 
 // Exact to some units in the last place of a double, of any triangle whose coordinates fit.
 fm_point_on_triangle fm_point_nearest(const float *const corners[3], const float position[3]);
+fm_point_on_triangle fm_triangle_point(const fm_mesh *mesh, uint32_t triangle, const float position[3]);
 
 // A ray turned so that it runs along its longest axis, in doubles.
 typedef struct fm_sheared_ray {
     int axes[3];  // which axes are x, y, z now
-    double shear[3];
-    const fm_mesh_ray *ray;
+    double origin[3], shear[3];
+    float first, last;
 } fm_sheared_ray;
 
-// False for a ray that hits nothing: with numbers that are not finite (`last` may be infinite), an origin that does not fit, or no
-// direction.
+// False for a ray that hits nothing: with numbers that are not finite (`first` and `last` may be infinite), an origin that does not
+// fit, or no direction.
 bool fm_ray_shear(const fm_mesh_ray *ray, fm_sheared_ray *sheared);
 
-// Replaces the hit by that of the triangle, if there is one within the ray's range and nearer.
-void fm_ray_triangle(const fm_mesh *mesh, uint32_t triangle, const fm_sheared_ray *ray, fm_mesh_hit *hit);
+// Replaces the hit by that of a triangle which the ray passes, if it is within the ray's range and nearer. `weights` are twice the
+// areas that the ray and two corners span, seen along the ray, of the edges opposite to corners 0, 1, 2; `along` are the corners'
+// places along the ray's longest axis.
+void fm_ray_keep(const fm_sheared_ray *ray, uint32_t triangle, const double weights[3], const double along[3], fm_mesh_hit *hit);
 
 #endif
