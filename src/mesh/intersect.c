@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "mesh/intersect.h"
 
-#include "mesh/bvh.h"
 #include "mesh/exact.h"
-#include "mesh/topology.h"
-
-#include <inttypes.h>
-#include <stdatomic.h>
-#include <string.h>
 
 // Two axes onto which what lies in a plane is projected.
 typedef struct plane {
