@@ -74,29 +74,53 @@ static uint64_t pass_bytes(const fm_mesh *mesh, bool build) {
     return mesh->triangle_count * (LINK + (build ? KEYS + SORT : 0)) + 12 * mesh->vertex_count * (build ? 3 : 1);
 }
 
+static fm_tree_push push_of(const fm_mesh *mesh, const build_layout *l) {
+    const struct fm_gpu_mesh *own = mesh->gpu;
+    const fm_address base = fm_buffer_address(own->build);
+    return (fm_tree_push){.mesh = fm_gpu_mesh_refs(mesh),
+                          .box = base + l->box,
+                          .keys = base + l->keys,
+                          .numbers = base + l->numbers,
+                          .keys_to = base + l->keys_to,
+                          .numbers_to = base + l->numbers_to,
+                          .counts = base + l->counts,
+                          .meetings = base + l->meetings,
+                          .moments = own->moments ? fm_buffer_address(own->moments) : 0,
+                          .runs = l->runs,
+                          .run_tiles = l->run_tiles};
+}
+
+// A kernel that climbs from every triangle.
+static fm_result record_climb(const struct fm_gpu_mesh *own, fm_slot *slot, fm_kernel kernel, const fm_tree_push *push,
+                              const build_layout *l) {
+    const uint64_t triangles = push->mesh.triangle_count;
+    fm_commands_fill(own->gpu, slot, own->build, l->meetings, 4 * triangles, FM_GPU_NONE);
+    fm_commands_barrier(own->gpu, slot);
+    fm_device_info info;
+    fm_gpu_describe(own->gpu, &info);
+    const uint32_t constants[] = {info.kind != FM_DEVICE_SOFTWARE};
+    const fm_dispatch d = {.kernel = kernel,
+                           .constants = constants,
+                           .constant_count = 1,
+                           .push = push,
+                           .push_bytes = sizeof *push,
+                           .groups = fm_max_u64(fm_div_up(triangles, FM_TREE_THREADS), 1)};
+    FM_TRY(fm_commands_dispatch(own->gpu, slot, &d));
+    fm_commands_barrier(own->gpu, slot);
+    return FM_OK;
+}
+
 static fm_result record(const fm_mesh *mesh, fm_slot *slot, bool build) {
     const struct fm_gpu_mesh *own = mesh->gpu;
     const build_layout l = layout_of(mesh->triangle_count);
-    const fm_address base = fm_buffer_address(own->build);
-    const fm_tree_push push = {.mesh = fm_gpu_mesh_refs(mesh),
-                               .box = base + l.box,
-                               .keys = base + l.keys,
-                               .numbers = base + l.numbers,
-                               .keys_to = base + l.keys_to,
-                               .numbers_to = base + l.numbers_to,
-                               .counts = base + l.counts,
-                               .meetings = base + l.meetings,
-                               .runs = l.runs,
-                               .run_tiles = l.run_tiles};
+    const fm_tree_push push = push_of(mesh, &l);
     if (build && mesh->triangle_count > 1) {
         FM_TRY(record_keys(own, slot, &push, &l));
         FM_TRY(record_sort(own, slot, push));
     } else if (build) {
         fm_commands_fill(own->gpu, slot, own->build, l.numbers, 4 * mesh->triangle_count, 0);
     }
-    fm_commands_fill(own->gpu, slot, own->build, l.meetings, 4 * mesh->triangle_count, FM_GPU_NONE);
-    fm_commands_barrier(own->gpu, slot);
-    FM_TRY(dispatch(own, slot, FM_KERNEL_TREE_LINK, &push, fm_max_u64(fm_div_up(mesh->triangle_count, FM_TREE_THREADS), 1)));
+    FM_TRY(record_climb(own, slot, FM_KERNEL_TREE_LINK, &push, &l));
     fm_commands_pass(own->gpu, slot, "tree", pass_bytes(mesh, build));
     return FM_OK;
 }
@@ -115,5 +139,24 @@ fm_result fm_gpu_mesh_tree(fm_mesh *mesh, fm_slot *slot, bool refit) {
     }
     own->fitted = now;
     own->built = build ? now : own->built;
+    return FM_OK;
+}
+
+fm_result fm_gpu_mesh_moments(fm_mesh *mesh, fm_slot *slot) {
+    struct fm_gpu_mesh *own = mesh->gpu;
+    const uint64_t now = mesh->version + 1;
+    if (own->moments_of == now) {
+        return FM_OK;
+    }
+    if (!own->moments) {
+        const uint64_t bytes = fm_max_u64(mesh->triangle_count, 1) * 2 * FM_MOMENT_BYTES;
+        FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_MESHES, bytes, false, &own->moments));
+    }
+    enum { MOVED = 48 + 8 + 12 + 48 + 192 };
+    const build_layout l = layout_of(mesh->triangle_count);
+    const fm_tree_push push = push_of(mesh, &l);
+    FM_TRY(record_climb(own, slot, FM_KERNEL_TREE_MOMENTS, &push, &l));
+    fm_commands_pass(own->gpu, slot, "moments", mesh->triangle_count * MOVED);
+    own->moments_of = now;
     return FM_OK;
 }

@@ -25,4 +25,7 @@ struct fm_gpu_mesh {
 // Size of `build` for so many triangles.
 uint64_t fm_gpu_tree_build_bytes(uint64_t triangles);
 
+// Records the moments of the tree's nodes for the present positions, which the tree fits; ends passes "moments".
+fm_result fm_gpu_mesh_moments(fm_mesh *mesh, fm_slot *slot);
+
 #endif

@@ -2,22 +2,13 @@
 #version 460
 #include "tree.glsl"
 
+#include "climb.glsl"
+
 // From sorted keys to nodes with their boxes, and so the refit too, for which the keys are kept. One invocation owns a triangle: it
-// writes its record, then climbs. The parent of a range of places is the node at that end of it across which the keys differ less;
-// the node between places i and i + 1 has number i + 1. Of a node's two children the one that comes first stops, the second has
-// seen both and goes on. The node of all is written to number 0. Source: Apetrei 2014, "Fast and simple agglomerative LBVH
-// construction".
+// writes its record, then climbs.
 //
 // Moves, a triangle: keys 8 bytes, number 4, indices 12, corners (12 a vertex if each comes from memory once), record 48, node 64
 // written and half of it read, meeting 4 cleared and 8 exchanged. About 190 bytes.
-
-// What another group wrote is read here.
-layout(buffer_reference, std430, buffer_reference_align = 8) coherent buffer shared_f32x2 {
-    vec2 v;
-};
-layout(buffer_reference, std430, buffer_reference_align = 4) coherent buffer shared_u32 {
-    uint v;
-};
 
 struct subtree {
     vec3 low, high;
@@ -53,51 +44,29 @@ subtree read_child(uint node, uint side) {
                    shared_u32(node_at(node) + 56 + side * 4).v);
 }
 
-// How much the keys at places i and i + 1 differ: those of places break ties.
-uint64_t difference(uint i) {
-    return uint64_t(word_at(push.keys, i) ^ word_at(push.keys, i + 1)) << 32 | (i ^ (i + 1));
-}
-
 const subtree NOTHING = subtree(vec3(MESH_INFINITY), vec3(-MESH_INFINITY), 0, 0);
 
 void climb(uint place, subtree s) {
-    uint count = push.mesh.triangle_count;
-    uint first = place;
-    uint last = place;
-    while (true) {
-        bool left = first == 0 || (last != count - 1 && difference(last) < difference(first - 1));
-        uint node = left ? last + 1 : first;
-        write_child(node, left ? 0 : 1, s);
-        memoryBarrierBuffer();
-        uint met = atomicExchange(ref_u32(push.meetings + uint64_t(node) * 4).v, left ? first : last);
-        if (met == FM_GPU_NONE) {
-            return;
+    climber c = climber(place, place, 0, 0);
+    bool climbing = true;
+    while (climbing) {
+        find_parent(c);
+        write_child(c.node, c.side, s);
+        climbing = meet(c);
+        if (climbing) {
+            subtree other = read_child(c.node, 1 - c.side);
+            if (is_all(c)) {
+                write_child(0, c.side, s);
+                write_child(0, 1 - c.side, other);
+                climbing = false;
+            }
+            uint total = c.last - c.first + 1;
+            s = subtree(min(s.low, other.low), max(s.high, other.high), total <= FM_LEAF_TRIANGLES ? c.first : c.node, total);
         }
-        memoryBarrierBuffer();
-        subtree other = read_child(node, left ? 1 : 0);
-        first = left ? first : met;
-        last = left ? met : last;
-        if (first == 0 && last == count - 1) {
-            write_child(0, left ? 0 : 1, s);
-            write_child(0, left ? 1 : 0, other);
-            return;
-        }
-        uint total = last - first + 1;
-        s = subtree(min(s.low, other.low), max(s.high, other.high), total <= FM_LEAF_TRIANGLES ? first : node, total);
     }
 }
 
-void main() {
-    uint64_t i = folded_group(gl_WorkGroupID, gl_NumWorkGroups) * FM_TREE_THREADS + gl_LocalInvocationIndex;
-    uint count = push.mesh.triangle_count;
-    if (i == 0 && count < 2) {
-        write_child(0, 0, NOTHING);
-        write_child(0, 1, NOTHING);
-    }
-    if (i >= count) {
-        return;
-    }
-    uint place = uint(i);
+void add_triangle(uint place) {
     uint number = word_at(push.numbers, place);
     vec3 a, b, c;
     mesh_corners(push.mesh, number, a, b, c);
@@ -110,9 +79,21 @@ void main() {
         s.low = min(min(a, b), c);
         s.high = max(max(a, b), c);
     }
-    if (count == 1) {
+    if (push.mesh.triangle_count == 1) {
         write_child(0, 0, s);
     } else {
         climb(place, s);
+    }
+}
+
+void main() {
+    uint64_t i = folded_group(gl_WorkGroupID, gl_NumWorkGroups) * FM_TREE_THREADS + gl_LocalInvocationIndex;
+    uint count = push.mesh.triangle_count;
+    if (i == 0 && count < 2) {
+        write_child(0, 0, NOTHING);
+        write_child(0, 1, NOTHING);
+    }
+    if (i < count) {
+        add_triangle(uint(i));
     }
 }
