@@ -193,7 +193,8 @@ static void check_winding(fm_mesh *mesh, const scene_mesh *source, float (*posit
         worst[2] = fmax(worst[2], fabs(fine[i] - want) / scale);
         CHECK(isfinite(coarse[i]) && isfinite(every[i]) && isfinite(fine[i]));
     }
-    if (!CHECK(worst[0] < 1e-4) || !CHECK(worst[1] < 0.05) || !CHECK(worst[2] < 2e-3)) {
+    if (!CHECK(worst[0] < fmax(1e-4, 1e-6 * (double)source->triangle_count)) || !CHECK(worst[1] < 0.05) ||
+        !CHECK(worst[2] < 2e-3)) {
         fprintf(stderr, "    off by %g, %g and %g\n", worst[0], worst[1], worst[2]);
     }
 }
