@@ -39,7 +39,7 @@ fm_result fm_camera_check(const fm_camera *camera) {
     return FM_OK;
 }
 
-static void cross(const double a[3], const double b[3], double out[3]) {
+void fm_cross_product(const double a[3], const double b[3], double out[3]) {
     for (int i = 0; i < 3; i++) {
         out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
     }
@@ -76,14 +76,14 @@ void fm_camera_rays(const fm_render_desc *desc, fm_march_push *push) {
     if (!normalize(up)) {
         memcpy(up, (const double[3]){0, 0, 1}, sizeof up);
     }
-    cross(forward, up, right);
+    fm_cross_product(forward, up, right);
     if (right[0] * right[0] + right[1] * right[1] + right[2] * right[2] < 1e-12) {
         // Straight up or down: +y stays at the top of the picture, or, where that is the view, +x.
         const double other[3] = {fabs(forward[1]) > 0.9, fabs(forward[1]) <= 0.9, 0};
-        cross(forward, other, right);
+        fm_cross_product(forward, other, right);
     }
     normalize(right);
-    cross(forward, right, down);
+    fm_cross_product(forward, right, down);
     const double fov = desc->camera.fov_y > 0 ? (double)desc->camera.fov_y : 60;
     const double pixel = 2 * tan(fov * (3.14159265358979323846 / 360)) / desc->height;
     for (int i = 0; i < 3; i++) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "render/deferred.h"
 #include "render/render.h"
 
 static fm_result unsupported(void) {
@@ -41,5 +42,34 @@ void fm_gpu_render_describe(const fm_renderer *renderer, fm_volume_buffer *buffe
 
 fm_result fm_gpu_render_stats(fm_renderer *renderer) {
     (void)renderer;
+    return unsupported();
+}
+
+fm_result fm_gpu_deferred_create(fm_deferred *deferred) {
+    (void)deferred;
+    return unsupported();
+}
+
+void fm_gpu_deferred_destroy(fm_deferred *deferred) {
+    (void)deferred;
+}
+
+fm_result fm_gpu_deferred_picture(fm_deferred *deferred, fm_deferred_picture *picture, fm_ticket *ticket) {
+    (void)deferred, (void)picture, (void)ticket;
+    return unsupported();
+}
+
+fm_result fm_gpu_deferred_read(fm_deferred *deferred, uint8_t *pixels) {
+    (void)deferred, (void)pixels;
+    return unsupported();
+}
+
+fm_result fm_gpu_deferred_surfaces(fm_deferred *deferred, fm_defer_surface *surfaces) {
+    (void)deferred, (void)surfaces;
+    return unsupported();
+}
+
+fm_result fm_gpu_deferred_lights(fm_deferred *deferred, float *light) {
+    (void)deferred, (void)light;
     return unsupported();
 }

@@ -38,6 +38,7 @@ typedef struct fm_picture {
 // camera.c
 fm_result fm_camera_check(const fm_camera *camera);
 bool fm_all_finite(const float v[3]);
+void fm_cross_product(const double a[3], const double b[3], double out[3]);
 // Of `push`: origin, corner, right, down.
 void fm_camera_rays(const fm_render_desc *desc, fm_march_push *push);
 // Of length 1; the default where `sun` is 0.
