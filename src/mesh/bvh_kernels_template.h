@@ -248,4 +248,6 @@ static fm_mesh_hit KERNEL(cast)(const fm_mesh *mesh, const fm_mesh_ray *ray, boo
     return hit;
 }
 
-const fm_bvh_kernels KERNEL(fm_bvh_kernels) = {KERNEL(nearest), KERNEL(cast)};
+#include "mesh/winding_template.h"
+
+const fm_bvh_kernels KERNEL(fm_bvh_kernels) = {KERNEL(nearest), KERNEL(cast), KERNEL(winding)};

@@ -38,6 +38,7 @@ typedef struct fm_bvh_kernels {
     // Index of the nearest triangle and its squared distance, both unchanged if none is nearer than that.
     void (*nearest)(const fm_bvh *bvh, const float position[3], float *distance2, uint32_t *triangle);
     fm_mesh_hit (*cast)(const fm_mesh *mesh, const fm_mesh_ray *ray, bool any);
+    double (*winding)(const fm_mesh *mesh, const float position[3], float accuracy);  // 4 pi times the number
 } fm_bvh_kernels;
 
 extern const fm_bvh_kernels fm_bvh_kernels_portable;
