@@ -3,76 +3,18 @@
 // What goes wrong around a file: no memory, a full disk, a place that may not be written to, a reader that goes away, a call that
 // is cancelled. Nothing is left behind. And what is no plain file: devices, pipes and links.
 
+#include "faulty.h"
 #include "io_common.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
-#include <stdatomic.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 
 // ---------------------------------------------------------------------------------------------------------------------------
 // Memory that runs out at the n-th request
 // ---------------------------------------------------------------------------------------------------------------------------
-
-typedef struct faulty {
-    atomic_long live;   // allocations not yet freed
-    atomic_long bytes;  // of them
-    long left;          // requests that succeed; below 0: all do
-} faulty;
-
-static void *faulty_alloc(void *user, size_t size, size_t alignment) {
-    faulty *f = user;
-    void *memory = NULL;
-    if (f->left == 0 || posix_memalign(&memory, alignment, size) != 0) {
-        return NULL;
-    }
-    f->left -= f->left > 0;
-    f->live++;
-    f->bytes += (long)size;
-    return memory;
-}
-
-static void faulty_free(void *user, void *memory, size_t size) {
-    faulty *f = user;
-    f->live--;
-    f->bytes -= (long)size;
-    free(memory);
-}
-
-typedef fm_result (*attempt_fn)(fm_context *context, void *user);
-
-// Runs `attempt` with the first, the second, ... request failing until it succeeds.
-static void exhaust(const char *what, attempt_fn attempt, void *user, int files) {
-    faulty f = {.left = -1};
-    const fm_allocator allocator = {faulty_alloc, faulty_free, &f};
-    const fm_context_desc desc = {.backend = FM_BACKEND_CPU, .threads = 1, .allocator = &allocator};
-    fm_context *context = NULL;
-    if (!CHECK_OK(fm_context_create(&desc, &context))) {
-        return;
-    }
-    long live = f.live, bytes = f.bytes;
-    fm_result result = FM_ERROR_OUT_OF_HOST_MEMORY;
-    int n = 0;
-    for (; result != FM_OK && n < 200; n++) {
-        f.left = n;
-        result = attempt(context, user);
-        f.left = -1;
-        bool good = CHECK(f.live == live && f.bytes == bytes);
-        if (result != FM_OK) {
-            good = CHECK(result == FM_ERROR_OUT_OF_HOST_MEMORY) && good;
-            good = CHECK(strstr(fm_last_error(), "out of memory") != NULL) && good;
-            good = CHECK(files < 0 || io_file_count() == files) && good;
-        }
-        if (!good) {
-            fprintf(stderr, "    %s, request %d failing: %s\n", what, n, fm_last_error());
-        }
-    }
-    CHECK(result == FM_OK);
-    CHECK(n > 2);
-    fm_context_destroy(context);
-}
 
 static fm_result attempt_read(fm_context *context, void *user) {
     fm_volume *volume = NULL;

@@ -1,5 +1,7 @@
 # Triangle meshes and their fields.
 fathom_test(mesh_io mesh_io.c)
+fathom_test(mesh_io_bad mesh_io_bad.c)
+fathom_test(mesh_io_gltf mesh_io_gltf.c)
 if(FATHOM_VULKAN)
     fathom_test(mesh_voxelize_gpu mesh_voxelize_gpu.c)
 endif()

@@ -61,6 +61,15 @@ void fm_mesh_note(fm_mesh_reader *reader, const char *format, ...) {
     va_end(arguments);
 }
 
+static fm_result check_limit(const fm_mesh_reader *reader, uint64_t bytes) {
+    if (bytes > reader->limit) {
+        return fm_input_fail(reader->input, FM_ERROR_RANGE,
+                             "makes a mesh of over %llu bytes, which is the limit: raise max_bytes if that is meant",
+                             (unsigned long long)reader->limit);
+    }
+    return FM_OK;
+}
+
 // Makes an array of elements of 12 bytes larger. `other` is what the other array holds, in bytes.
 static fm_result grow(fm_mesh_reader *reader, void **array, uint64_t count, uint64_t *capacity, uint64_t more, uint64_t most,
                       uint64_t other, const char *what) {
@@ -70,11 +79,7 @@ static fm_result grow(fm_mesh_reader *reader, void **array, uint64_t count, uint
         return fm_input_fail(reader->input, FM_ERROR_RANGE, "has more %s than the %llu that a mesh can: cut it into parts", what,
                              (unsigned long long)most);
     }
-    if (needed * BYTES + other > reader->limit) {
-        return fm_input_fail(reader->input, FM_ERROR_RANGE,
-                             "makes a mesh of over %llu bytes, which is the limit: raise max_bytes if that is meant",
-                             (unsigned long long)reader->limit);
-    }
+    FM_TRY(check_limit(reader, needed * BYTES + other));
     if (needed <= *capacity) {
         return FM_OK;
     }
@@ -167,6 +172,7 @@ static fm_result read_arrays(fm_mesh_reader *reader) {
     reader->limit = limit ? limit : UINT64_MAX;
     FM_TRY(fm_blocks_open(&reader->blocks, reader->allocator, reader->input, reader->desc->progress, reader->desc->progress_user));
     FM_TRY(codec->read(reader));
+    FM_TRY(check_limit(reader, reader->vertex_count * VERTEX_BYTES + reader->triangle_count * TRIANGLE_BYTES));
     if (reader->small_faces > 0) {
         fm_mesh_note(reader, "%llu faces of fewer than three corners are set aside", (unsigned long long)reader->small_faces);
     }
