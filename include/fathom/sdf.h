@@ -98,10 +98,10 @@ typedef enum fm_flood {
 // where it has one.
 typedef struct fm_rtsdf_desc {
     fm_shape coarse;  // texels of the coarse field; the fine one has twice as many along each axis. All 0: 128, 128, 128
-    double low[3];    // the box that both fields cover: texel centres lie half a voxel inside
+    double low[3];    // the box that both fields cover, texel centres half a voxel inside. All 0: from 0 to 1
     double high[3];
     fm_flood flood;
-    float beta;     // taken off the coarse field. 0: half a coarse voxel
+    float beta;     // taken off the coarse field. 0: a tenth of a coarse voxel
     float mask;     // rays are shot from fine texels whose coarse distance is at most this. 0: 0.1; +infinity: from all
     float alpha;    // decay of the frame before. 0: 0.95
     float bias;     // taken off the fine field. 0: 0.01; below 0: none

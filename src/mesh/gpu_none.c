@@ -2,6 +2,7 @@
 // Meshes on the device of a build without Vulkan: calls that need one cannot be reached, for no fm_gpu exists.
 
 #include "mesh/gpu_mesh.h"
+#include "mesh/rtsdf.h"
 #include "mesh/sdf.h"
 #include "mesh/voxelize.h"
 
@@ -54,5 +55,19 @@ fm_result fm_gpu_mesh_voxelize(fm_mesh *mesh, const fm_voxelize_desc *desc, fm_v
 
 fm_result fm_gpu_mesh_sdf(fm_mesh *mesh, const fm_sdf_plan *plan, fm_volume *distance, fm_volume *triangles, fm_ticket *ticket) {
     (void)mesh, (void)plan, (void)distance, (void)triangles, (void)ticket;
+    return unsupported();
+}
+
+fm_result fm_gpu_rtsdf_create(fm_rtsdf *rtsdf) {
+    (void)rtsdf;
+    return unsupported();
+}
+
+void fm_gpu_rtsdf_destroy(fm_rtsdf *rtsdf) {
+    (void)rtsdf;
+}
+
+fm_result fm_gpu_rtsdf_update(fm_rtsdf *rtsdf, fm_mesh *mesh, fm_ticket *ticket) {
+    (void)rtsdf, (void)mesh, (void)ticket;
     return unsupported();
 }

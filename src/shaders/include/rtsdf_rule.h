@@ -20,7 +20,7 @@
 
 // The squared distance from a texel to a seed, in units of the smallest edge of a voxel: whole numbers, and so exact, where voxels
 // are cubes. `weight`: squared edges in that unit.
-FM_RULE float fm_seed_distance2(fm_uint seed, int x, int y, int z, float weight[3]) {
+FM_RULE float fm_seed_distance2(fm_uint seed, int x, int y, int z, const float weight[3]) {
     FM_PRECISE float dx = FM_TO_FLOAT(x - FM_TO_INT(seed & 1023u));
     FM_PRECISE float dy = FM_TO_FLOAT(y - FM_TO_INT(seed >> 10 & 1023u));
     FM_PRECISE float dz = FM_TO_FLOAT(z - FM_TO_INT(seed >> 20));

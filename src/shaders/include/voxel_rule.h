@@ -81,7 +81,7 @@ FM_RULE int fm_voxel_clamp(float x, int least, int most) {
 }
 
 // Corners, box and the voxels of the box: enough to tell how much work the triangle is.
-FM_RULE fm_voxel_triangle fm_voxel_box(fm_voxel_grid grid, float a[3], float b[3], float c[3]) {
+FM_RULE fm_voxel_triangle fm_voxel_box(fm_voxel_grid grid, const float a[3], const float b[3], const float c[3]) {
     FM_PRECISE fm_voxel_triangle t;
     for (int i = 0; i < 3; i++) {
         t.corner[i] = fm_voxel_place(grid, i, a[i]);
