@@ -32,6 +32,7 @@ typedef struct bench_session_desc {
     fm_backend backend;  // of engines that can run on either
     const char *device;  // as fm_context_desc.device
     uint32_t threads;
+    double bandwidth;  // of a copy on that backend, where it is known: bytes a second; 0: measured
 } bench_session_desc;
 
 bench_session *bench_session_create(const bench_session_desc *desc);

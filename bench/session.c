@@ -113,6 +113,9 @@ double bench_session_bandwidth(bench_session *session, fm_backend backend) {
         return 0;
     }
     backend = fm_context_backend(context);
+    if (session->desc.bandwidth > 0 && backend == session->desc.backend) {
+        return session->desc.bandwidth;
+    }
     if (session->bandwidths[backend] > 0) {
         return session->bandwidths[backend];
     }

@@ -332,7 +332,7 @@ static bool take_brush(const char *option, const char *word, void *user) {
 typedef struct world_args {
     struct arg_str *size, *scene, *input, *algorithm, *chunk, *border, *convergence, *format, *focus, *near, *far, *max_distance,
         *edits, *radius, *brushes, *seed, *scene_seed, *interval, *frames, *seconds, *full_runs, *check, *check_every, *backend,
-        *device, *threads, *csv, *frames_csv, *json, *plots;
+        *device, *threads, *copy_speed, *csv, *frames_csv, *json, *plots;
     struct arg_lit *targets, *quiet;
     files_input file;
 } world_args;
@@ -377,6 +377,8 @@ static void add_options(cli_args *args, world_args *a) {
     a->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
     a->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
     a->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
+    a->copy_speed =
+        cli_add(args, arg_str0(NULL, "copy-speed", "GB/S", "of the device, where it is known; default: it is measured"));
     a->csv = cli_add(args, arg_str0(NULL, "csv", "FILE", "write a row a case, when all are measured"));
     a->frames_csv = cli_add(args, arg_str0(NULL, "frames-csv", "FILE", "write a row an update"));
     a->json = cli_add(args, arg_str0(NULL, "json", "FILE", "write everything as JSON"));
@@ -408,6 +410,7 @@ static bool read_radius(const world_args *a, world_plan *p) {
 
 static bool read_numbers(const world_args *a, world_plan *p) {
     int64_t seed = 0, scene_seed = 0, check = 0;
+    double copy_speed = 0;
     const char *many = p->targets ? "500" : "50", *full = p->targets ? "100" : "10", *interval = p->targets ? "0" : "200";
     if (!cli_uint32("--edits", given(a->edits, "1"), 1, &p->edits.per_update) || !read_radius(a, p) ||
         !cli_int64("--seed", given(a->seed, "0"), &seed) || !cli_int64("--scene-seed", given(a->scene_seed, "0"), &scene_seed) ||
@@ -418,11 +421,13 @@ static bool read_numbers(const world_args *a, world_plan *p) {
         !cli_int64("--check", given(a->check, "0"), &check) ||
         !cli_uint32("--check-every", given(a->check_every, "0"), 0, &p->limits.check_every) ||
         !cli_uint32("--max-distance", given(a->max_distance, "0"), 0, &p->max_distance) ||
+        !cli_double("--copy-speed", given(a->copy_speed, "0"), &copy_speed) ||
         (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &p->session.threads))) {
         return false;
     }
     p->edits.seed = (uint64_t)seed;
     p->scene_desc.seed = (uint64_t)scene_seed;
+    p->session.bandwidth = copy_speed * 1e9;
     p->limits.check = check > 0 ? (uint64_t)check : 0;
     if (p->limits.frames > BENCH_STATS_MAX || p->limits.full_runs > BENCH_STATS_MAX) {
         cli_usage("--%s is %u: 1 to %d is wanted", p->limits.frames > BENCH_STATS_MAX ? "frames" : "full-runs",
@@ -431,6 +436,10 @@ static bool read_numbers(const world_args *a, world_plan *p) {
     }
     if (p->edits.per_update > 1 << 20 || p->limits.interval_ms < 0 || check < 0) {
         cli_usage("--edits is at most %d; --interval and --check are not below 0", 1 << 20);
+        return false;
+    }
+    if (a->copy_speed->count && copy_speed <= 0) {
+        cli_usage("--copy-speed is %s: a number above 0 is wanted, of bytes read and written", a->copy_speed->sval[0]);
         return false;
     }
     if (p->limits.check_every && !p->limits.check) {

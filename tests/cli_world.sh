@@ -165,6 +165,8 @@ if "$(dirname "$0")/../bench/plot-world" --check 2>/dev/null; then
 fi
 ends 2 bench world --size 8 --algorithm jfa --border exchange
 says 'nothing that can be measured: --border exchange is for'
+ends 2 bench world --size 8 --copy-speed -1
+says '--copy-speed'
 ends 2 bench world --size 8 --frames 5000
 ends 2 bench world --size 8 --radius 5,2
 ends 2 bench world --size 8 --check-every 2
