@@ -89,6 +89,23 @@ void fm_mesh_destroy(fm_mesh *mesh) {
     fm_free(allocator, mesh, sizeof *mesh);
 }
 
+// Another array takes the place of the old one, which is put back if the device does not take it.
+static fm_result deform_device(fm_mesh *mesh, const float (*vertices)[3]) {
+    const fm_allocator *allocator = &mesh->context->allocator;
+    const uint64_t bytes = mesh->vertex_count * sizeof *mesh->vertices;
+    float(*before)[3] = mesh->vertices;
+    float(*after)[3] = fm_alloc(allocator, bytes, "a mesh's vertices");
+    if (!after) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    memcpy(after, vertices, bytes);
+    mesh->vertices = after;
+    const fm_result status = fm_gpu_mesh_upload(mesh);
+    mesh->vertices = status == FM_OK ? after : before;
+    fm_free(allocator, status == FM_OK ? before : after, bytes);
+    return status;
+}
+
 fm_result fm_mesh_deform(fm_mesh *mesh, const float (*vertices)[3], fm_tree tree) {
     if (!mesh) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "mesh is NULL");
@@ -102,9 +119,10 @@ fm_result fm_mesh_deform(fm_mesh *mesh, const float (*vertices)[3], fm_tree tree
     if (mesh->vertex_count == 0) {
         return FM_OK;
     }
-    memmove(mesh->vertices, vertices, mesh->vertex_count * sizeof *mesh->vertices);
     if (mesh->gpu) {
-        FM_TRY(fm_gpu_mesh_upload(mesh));
+        FM_TRY(deform_device(mesh, vertices));
+    } else {
+        memmove(mesh->vertices, vertices, mesh->vertex_count * sizeof *mesh->vertices);
     }
     mesh->version++;
     if (tree == FM_TREE_REBUILD) {

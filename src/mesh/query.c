@@ -2,6 +2,7 @@
 // The public queries.
 
 #include "mesh/bvh.h"
+#include "mesh/gpu_mesh.h"
 #include "mesh/triangle.h"
 #include "mesh/winding.h"
 
@@ -52,6 +53,9 @@ fm_result fm_mesh_closest(fm_mesh *mesh, const float (*positions)[3], uint32_t c
     if (!(bound >= 0)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "bound is %g: a distance, or 0 for no bound", (double)bound);
     }
+    if (mesh->gpu) {
+        return fm_gpu_mesh_closest(mesh, positions, count, bound, closest);
+    }
     bound = bound == 0 ? INFINITY : bound;
     FM_TRY(fm_bvh_prepare(mesh));
     query_job job = {.mesh = mesh, .positions = positions, .bound = bound, .closest = closest};
@@ -69,6 +73,9 @@ static void find_hits(void *user, uint64_t begin, uint64_t end, uint32_t worker)
 
 fm_result fm_mesh_cast(fm_mesh *mesh, const fm_mesh_ray *rays, uint32_t count, bool any, fm_mesh_hit *hits) {
     FM_TRY(check(mesh, rays, "rays", count, hits, "hits"));
+    if (mesh->gpu) {
+        return fm_gpu_mesh_cast(mesh, rays, count, any, hits);
+    }
     FM_TRY(fm_bvh_prepare(mesh));
     query_job job = {.mesh = mesh, .rays = rays, .any = any, .hits = hits};
     fm_pool_run(mesh->context->pool, count, GRAIN, find_hits, &job);
@@ -87,6 +94,9 @@ fm_result fm_mesh_winding(fm_mesh *mesh, const float (*positions)[3], uint32_t c
     FM_TRY(check(mesh, positions, "positions", count, winding, "winding"));
     if (!(accuracy >= 0)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "accuracy is %g: a number of radii, or 0 for 2", (double)accuracy);
+    }
+    if (mesh->gpu) {
+        return fm_gpu_mesh_winding(mesh, positions, count, accuracy, winding);
     }
     accuracy = accuracy == 0 ? 2 : accuracy;
     FM_TRY(fm_winding_prepare(mesh));

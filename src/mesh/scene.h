@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_MESH_SCENE_H
+#define FM_MESH_SCENE_H
+
+// A scene of objects: all of their vertices as they came, in one array, and the mesh that they move to.
+
+#include "mesh/mesh.h"
+
+typedef struct fm_scene_object {
+    uint64_t first_vertex, vertex_count;
+    fm_transform3 place;
+    bool moved;  // since the last update; also when its vertices are new
+} fm_scene_object;
+
+struct fm_scene {
+    fm_context *context;
+    fm_mesh *mesh;  // of the objects of the last update
+    fm_scene_object *objects;
+    float (*rest)[3];          // vertices in the objects' own frames
+    uint32_t (*triangles)[3];  // of the scene's vertices
+    uint64_t object_count, vertex_count, triangle_count;
+    uint64_t object_room, vertex_room, triangle_room;
+    bool grown;  // objects were added since the last update
+};
+
+// A place in a float each: ((x a + y b) + z c) + d.
+static inline void fm_transform3_point(const fm_transform3 *place, const float from[3], float to[3]) {
+    for (int row = 0; row < 3; row++) {
+        const float *m = place->rows[row];
+        to[row] = m[0] * from[0] + m[1] * from[1] + m[2] * from[2] + m[3];
+    }
+}
+
+#endif
