@@ -76,15 +76,16 @@ static fm_result record_flood(const fm_rtsdf *rtsdf, fm_slot *slot) {
                           .unit = rtsdf->unit,
                           .beta = rtsdf->beta};
     memcpy(push.weight, rtsdf->weight, sizeof push.weight);
+    const bool cubes = push.weight[0] == 1 && push.weight[1] == 1 && push.weight[2] == 1;
     for (int i = 0; i < rtsdf->step_count; i++) {
         const int left = rtsdf->step_count - 1 - i;
-        const uint32_t constants[] = {i == 0, left == 0};
+        const uint32_t constants[] = {i == 0, left == 0, cubes};
         push.step = rtsdf->steps[i];
         push.source = push.target;
         push.target = places[left % 2];
         const fm_dispatch dispatch = {.kernel = FM_KERNEL_RTSDF_FLOOD,
                                       .constants = constants,
-                                      .constant_count = 2,
+                                      .constant_count = 3,
                                       .push = &push,
                                       .push_bytes = sizeof push,
                                       .groups = groups_of(shape, flood_tile)};

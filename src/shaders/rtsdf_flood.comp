@@ -9,6 +9,7 @@
 
 layout(constant_id = 0) const bool FIRST = false;
 layout(constant_id = 1) const bool LAST = false;
+layout(constant_id = 2) const bool CUBES = false;  // all weights are 1
 
 layout(local_size_x = 32, local_size_y = 2, local_size_z = 2) in;
 
@@ -20,26 +21,30 @@ ivec3 shape() {
     return ivec3(push.shape[0], push.shape[1], push.shape[2]);
 }
 
-uint64_t texel(ivec3 at) {
-    return (uint64_t(at.z) * push.shape[1] + at.y) * push.shape[0] + at.x;
+uint64_t row_of(int y, int z) {
+    return uint64_t(z) * push.shape[1] + y;
 }
 
-uint load(ivec3 at) {
-    if (any(lessThan(at, ivec3(0))) || any(greaterThanEqual(at, shape()))) {
-        return FM_SEED_NONE;
-    }
+uint load(uint64_t row, int x, int y, int z) {
     if (FIRST) {
-        const uint64_t word = (uint64_t(at.z) * push.shape[1] + at.y) * push.row_words + uint(at.x) / 32;
-        const bool solid = (ref_u32(push.bits + word * 4).v >> (uint(at.x) & 31u) & 1u) != 0;
-        return solid ? uint(at.x) | uint(at.y) << 10 | uint(at.z) << 20 : FM_SEED_NONE;
+        const bool solid = (ref_u32(push.bits + (row * push.row_words + uint(x) / 32) * 4).v >> (uint(x) & 31u) & 1u) != 0;
+        return solid ? uint(x) | uint(y) << 10 | uint(z) << 20 : FM_SEED_NONE;
     }
-    return ref_u32(push.source + texel(at) * 4).v;
+    return ref_u32(push.source + (row * push.shape[0] + x) * 4).v;
 }
 
 const float FAR = 1.0 / 0.0;
 
+// Of cubes in integers, which are faster here and equal: floats hold such sums exactly.
 float distance2(uint seed, ivec3 at) {
-    return seed == FM_SEED_NONE ? FAR : fm_seed_distance2(seed, at.x, at.y, at.z, push.weight);
+    if (seed == FM_SEED_NONE) {
+        return FAR;
+    }
+    if (CUBES) {
+        const ivec3 way = at - ivec3(seed & 1023u, seed >> 10 & 1023u, seed >> 20);
+        return float(way.x * way.x + way.y * way.y + way.z * way.z);
+    }
+    return fm_seed_distance2(seed, at.x, at.y, at.z, push.weight);
 }
 
 void main() {
@@ -50,13 +55,18 @@ void main() {
     if (any(greaterThanEqual(at, shape()))) {
         return;
     }
-    uint seed = load(at);
+    const uint64_t own = row_of(at.y, at.z);
+    uint seed = load(own, at.x, at.y, at.z);
     float nearest = distance2(seed, at);
     const int step = push.step;
-    for (int z = -step; z <= step; z += step) {
-        for (int y = -step; y <= step; y += step) {
-            for (int x = -step; x <= step; x += step) {
-                const uint other = load(at + ivec3(x, y, z));
+    for (int z = at.z - step; z <= at.z + step; z += step) {
+        for (int y = at.y - step; y <= at.y + step; y += step) {
+            if (uint(y) >= uint(push.shape[1]) || uint(z) >= uint(push.shape[2])) {
+                continue;
+            }
+            const uint64_t row = row_of(y, z);
+            for (int x = at.x - step; x <= at.x + step; x += step) {
+                const uint other = uint(x) < uint(push.shape[0]) ? load(row, x, y, z) : FM_SEED_NONE;
                 const float way = distance2(other, at);
                 if (way < nearest) {
                     nearest = way;
@@ -65,10 +75,11 @@ void main() {
             }
         }
     }
+    const fm_address target = push.target + (own * push.shape[0] + at.x) * 4;
     if (LAST) {
         precise float distance = sqrt(nearest) * push.unit - push.beta;
-        ref_u32(push.target + texel(at) * 4).v = floatBitsToUint(distance);
+        ref_u32(target).v = floatBitsToUint(distance);
     } else {
-        ref_u32(push.target + texel(at) * 4).v = seed;
+        ref_u32(target).v = seed;
     }
 }
