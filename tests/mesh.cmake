@@ -14,3 +14,5 @@ if(FATHOM_VULKAN AND NOT BUILD_SHARED_LIBS)
 endif()
 fathom_test(mesh_rtsdf mesh_rtsdf.c)
 fathom_test(mesh_rtsdf_flood mesh_rtsdf_flood.c)
+# Queries of the CPU and what a mesh is.
+fathom_test(mesh_query mesh_query.c)

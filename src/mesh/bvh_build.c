@@ -357,14 +357,21 @@ static void place_triangle(const fm_mesh *mesh, fm_bvh_leaf *leaf, int lane) {
     if (!normalise(x)) {
         x[0] = 1;
     }
-    cross(x, second, normal);
-    if (!normalise(normal)) {
+    cross(edges[longest], second, normal);
+    const double noise2 = 1e-28 * length2[longest] * dot(second, second);
+    if (dot(normal, normal) <= noise2) {
         // Any will do for a segment or a point.
         const int least = fabs(x[0]) < fabs(x[1]) ? (fabs(x[0]) < fabs(x[2]) ? 0 : 2) : (fabs(x[1]) < fabs(x[2]) ? 1 : 2);
         const double axis[3] = {least == 0, least == 1, least == 2};
         cross(x, axis, normal);
-        normalise(normal);
     }
+    // What rounding has left along x would count twice.
+    normalise(normal);
+    const double along = dot(normal, x);
+    for (int axis = 0; axis < 3; axis++) {
+        normal[axis] -= along * x[axis];
+    }
+    normalise(normal);
     cross(normal, x, y);
     for (int axis = 0; axis < 3; axis++) {
         leaf->corner[axis][lane] = mesh->vertices[corners[longest]][axis];
