@@ -1,0 +1,3 @@
+// SPDX-License-Identifier: MIT
+#define FM_LEVEL(name) name##_portable
+#include "mesh/descent_template.h"
