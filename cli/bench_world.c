@@ -5,6 +5,7 @@
 #include "cli.h"
 #include "commands.h"
 #include "files.h"
+#include "method.h"
 #include "table.h"
 #include "words.h"
 #include "world.h"
@@ -20,11 +21,8 @@ enum { TARGET_SMALL = 512, TARGET_LARGE = 1024 };  // the sizes that targets hav
 
 typedef struct world_plan {
     fm_shape shapes[MAX_LIST];
-    fm_field_format formats[MAX_LIST];
-    fm_world_algorithm algorithms[MAX_LIST];
+    int formats[MAX_LIST], algorithms[MAX_LIST], borders[MAX_LIST], convergences[MAX_LIST];  // numbers of their enums
     uint32_t chunks[MAX_LIST], focuses[MAX_LIST];
-    fm_world_border borders[MAX_LIST];
-    fm_world_convergence convergences[MAX_LIST];
     int shape_count, format_count, algorithm_count, chunk_count, focus_count, border_count, convergence_count;
     fm_world_algorithm near, far;
     const fm_scene *scene;  // NULL: `input`
@@ -94,12 +92,12 @@ static uint32_t list_methods(const world_plan *plan, fm_shape shape, fm_world_me
         fm_world_method method = {.near_algorithm = plan->near, .far_algorithm = plan->far};
         method.focus_chunks = plan->focuses[rest % plan->focus_count];
         rest /= plan->focus_count;
-        method.convergence = plan->convergences[rest % plan->convergence_count];
+        method.convergence = (fm_world_convergence)plan->convergences[rest % plan->convergence_count];
         rest /= plan->convergence_count;
-        method.border = plan->borders[rest % plan->border_count];
+        method.border = (fm_world_border)plan->borders[rest % plan->border_count];
         rest /= plan->border_count;
         method.chunk = plan->chunks[rest % plan->chunk_count];
-        method.algorithm = plan->algorithms[rest / plan->chunk_count];
+        method.algorithm = (fm_world_algorithm)plan->algorithms[rest / plan->chunk_count];
         method.focus[0] = (int32_t)(shape.x / 2);
         method.focus[1] = (int32_t)(shape.y / 2);
         method.focus[2] = (int32_t)(shape.z / 2);
@@ -123,8 +121,8 @@ static void measure_size(const world_plan *plan, bench_session *session, const f
     const uint32_t count = list_methods(plan, shape, methods);
     for (int f = 0; f < plan->format_count; f++) {
         bench_world_case what = case_of(plan, shape);
-        what.desc.format = plan->formats[f];
-        what.desc.max_distance = plan->formats[f] == FM_FIELD_SQUARED_U32 ? plan->max_distance : 0;
+        what.desc.format = (fm_field_format)plan->formats[f];
+        what.desc.max_distance = what.desc.format == FM_FIELD_SQUARED_U32 ? plan->max_distance : 0;
         for (uint32_t m = 0; m < count; m++) {
             what.desc.method = methods[m];
             if (!bench_world_refuses(&what.desc)) {
@@ -275,58 +273,14 @@ static bool take_shape(const char *option, const char *word, void *user) {
     return cli_shape_word(option, word, &plan->shapes[plan->shape_count++]);
 }
 
-static bool take_format(const char *option, const char *word, void *user) {
-    world_plan *plan = user;
-    int place = 0;
-    const bool good = cli_word(option, word, fm_field_format_words, &place);
-    plan->formats[plan->format_count++] = (fm_field_format)place;
-    return good;
-}
-
-static bool take_algorithm(const char *option, const char *word, void *user) {
-    world_plan *plan = user;
-    int place = 0;
-    const bool good = cli_word(option, word, fm_world_algorithm_words, &place);
-    plan->algorithms[plan->algorithm_count++] = (fm_world_algorithm)place;
-    return good;
-}
-
 static bool take_chunk(const char *option, const char *word, void *user) {
     world_plan *plan = user;
     return cli_chunk(option, word, &plan->chunks[plan->chunk_count++]);
 }
 
-static bool take_border(const char *option, const char *word, void *user) {
-    world_plan *plan = user;
-    int place = 0;
-    const bool good = cli_word(option, word, fm_world_border_words, &place);
-    plan->borders[plan->border_count++] = (fm_world_border)place;
-    return good;
-}
-
-static bool take_convergence(const char *option, const char *word, void *user) {
-    world_plan *plan = user;
-    int place = 0;
-    const bool good = cli_word(option, word, fm_world_convergence_words, &place);
-    plan->convergences[plan->convergence_count++] = (fm_world_convergence)place;
-    return good;
-}
-
 static bool take_focus(const char *option, const char *word, void *user) {
     world_plan *plan = user;
     return cli_uint32(option, word, 1, &plan->focuses[plan->focus_count++]);
-}
-
-static bool take_brush(const char *option, const char *word, void *user) {
-    world_plan *plan = user;
-    int place = 0;
-    if (plan->edits.kind_count == 3) {
-        cli_usage("%s has too many words: each of sphere, box and line once is enough", option);
-        return false;
-    }
-    const bool good = cli_word(option, word, fm_brush_words, &place);
-    plan->edits.kinds[plan->edits.kind_count++] = (fm_brush_kind)place;
-    return good;
 }
 
 typedef struct world_args {
@@ -341,10 +295,7 @@ static void add_case_options(cli_args *args, world_args *a) {
     a->size = cli_add(args, arg_str0(NULL, "size", "N,XxYxZ,...", "default 64,128; with --targets 512,1024"));
     a->scene = cli_add(args, arg_str0(NULL, "scene", "NAME", "what is in the world at first; default terrain"));
     a->input = cli_add(args, arg_str0(NULL, "input", "FILE", "... or a volume, which gives the size too"));
-    a->algorithm =
-        cli_add(args, arg_str0(NULL, "algorithm", "NAME,...",
-                               "exact (default), brute-force, fim, jfa-published, jfa, jfa-1+, jfa+2, jfa-fim, selective, "
-                               "published-final"));
+    a->algorithm = cli_add(args, arg_str0(NULL, "algorithm", "NAME,...", METHOD_ALGORITHMS));
     a->chunk = cli_add(args, arg_str0(NULL, "chunk", "EDGE,...", "8 to 256, or 0: the whole world; default 32; exact has none"));
     a->border = cli_add(args, arg_str0(NULL, "border", "padding|halo|exchange,...", "of chunks; default padding"));
     a->convergence = cli_add(args, arg_str0(NULL, "convergence", "device|host,...", "of fim and jfa-fim; default device"));
@@ -449,6 +400,15 @@ static bool read_numbers(const world_args *a, world_plan *p) {
     return true;
 }
 
+static bool read_brushes(const world_args *a, world_plan *p) {
+    int kinds[3], count;
+    const bool good = cli_words("--brushes", given(a->brushes, "sphere"), fm_brush_words, 3, kinds, &count);
+    for (int i = 0; good && i < count; i++) {
+        p->edits.kinds[p->edits.kind_count++] = (fm_brush_kind)kinds[i];
+    }
+    return good;
+}
+
 static bool read_lists(const world_args *a, world_plan *p) {
     int backend = 0, near = 0, far = 0;
     if (!cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) ||
@@ -461,13 +421,14 @@ static bool read_lists(const world_args *a, world_plan *p) {
     p->near = (fm_world_algorithm)near;
     p->far = (fm_world_algorithm)far;
     return cli_each("--size", given(a->size, p->targets ? "512,1024" : "64,128"), MAX_LIST, take_shape, p) &&
-           cli_each("--format", given(a->format, "packed"), MAX_LIST, take_format, p) &&
-           cli_each("--algorithm", given(a->algorithm, "exact"), MAX_LIST, take_algorithm, p) &&
+           cli_words("--format", given(a->format, "packed"), fm_field_format_words, MAX_LIST, p->formats, &p->format_count) &&
+           cli_words("--algorithm", given(a->algorithm, "exact"), fm_world_algorithm_words, MAX_LIST, p->algorithms,
+                     &p->algorithm_count) &&
            cli_each("--chunk", given(a->chunk, "32"), MAX_LIST, take_chunk, p) &&
-           cli_each("--border", given(a->border, "padding"), MAX_LIST, take_border, p) &&
-           cli_each("--convergence", given(a->convergence, "device"), MAX_LIST, take_convergence, p) &&
-           cli_each("--focus", given(a->focus, "3"), MAX_LIST, take_focus, p) &&
-           cli_each("--brushes", given(a->brushes, "sphere"), MAX_LIST, take_brush, p);
+           cli_words("--border", given(a->border, "padding"), fm_world_border_words, MAX_LIST, p->borders, &p->border_count) &&
+           cli_words("--convergence", given(a->convergence, "device"), fm_world_convergence_words, MAX_LIST, p->convergences,
+                     &p->convergence_count) &&
+           cli_each("--focus", given(a->focus, "3"), MAX_LIST, take_focus, p) && read_brushes(a, p);
 }
 
 // Whether the lists have a combination that there is.
@@ -477,7 +438,7 @@ static bool check_methods(const world_plan *p) {
     const char *refusal = NULL;
     for (int f = 0; f < p->format_count; f++) {
         for (uint32_t m = 0; m < count; m++) {
-            refusal = bench_world_refuses(&(fm_world_desc){.format = p->formats[f], .method = methods[m]});
+            refusal = bench_world_refuses(&(fm_world_desc){.format = (fm_field_format)p->formats[f], .method = methods[m]});
             if (!refusal) {
                 return true;
             }

@@ -293,6 +293,24 @@ bool cli_each(const char *option, const char *list, int most, bool (*take)(const
     }
 }
 
+typedef struct word_list {
+    const char *const *words;
+    int *values;
+    int count;
+} word_list;
+
+static bool take_word(const char *option, const char *word, void *user) {
+    word_list *list = user;
+    return cli_word(option, word, list->words, &list->values[list->count++]);
+}
+
+bool cli_words(const char *option, const char *list, const char *const *words, int most, int *values, int *count) {
+    word_list taken = {words, values, 0};
+    const bool good = cli_each(option, list, most, take_word, &taken);
+    *count = taken.count;
+    return good;
+}
+
 bool cli_shape_word(const char *option, const char *word, fm_shape *shape) {
     // Commas are taken: a shape that is no cube is written 512x512x64.
     char text[64];

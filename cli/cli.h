@@ -53,6 +53,9 @@ extern const char *const cli_format_words[];
 // A word, in either case, out of a list that ends with NULL; `value` gets its place in the list.
 bool cli_word(const char *option, const char *text, const char *const *words, int *value);
 
+// The same of "a,b,c", at most `most` words: `values` gets their places, `count` how many there are.
+bool cli_words(const char *option, const char *list, const char *const *words, int most, int *values, int *count);
+
 // Splits "a,b,c", at most `most` words, and hands each to `take`, which says what is wrong with it. False on bad usage.
 bool cli_each(const char *option, const char *list, int most, bool (*take)(const char *option, const char *word, void *user),
               void *user);

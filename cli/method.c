@@ -7,10 +7,7 @@
 #include <string.h>
 
 void method_options_add(cli_args *args, method_options *o) {
-    o->algorithm =
-        cli_add(args, arg_str0(NULL, "algorithm", "NAME",
-                               "exact (default), brute-force, fim, jfa-published, jfa, jfa-1+, jfa+2, jfa-fim, selective, "
-                               "published-final"));
+    o->algorithm = cli_add(args, arg_str0(NULL, "algorithm", "NAME", METHOD_ALGORITHMS));
     o->chunk = cli_add(args, arg_str0(NULL, "chunk", "EDGE", "8 to 256, or 0: the whole world; default 0, selective 32"));
     o->border = cli_add(args, arg_str0(NULL, "border", "padding|halo|exchange", "of chunks; default padding"));
     o->convergence = cli_add(args, arg_str0(NULL, "convergence", "device|host", "of fim and jfa-fim; default device"));

@@ -7,6 +7,10 @@
 #include "cli.h"
 #include "fathom/world.h"
 
+// What --algorithm takes.
+#define METHOD_ALGORITHMS                                                                                                          \
+    "exact (default), brute-force, fim, jfa-published, jfa, jfa-1+, jfa+2, jfa-fim, selective, published-final"
+
 typedef struct method_options {
     struct arg_str *algorithm, *chunk, *border, *convergence, *format, *focus, *focus_at, *near, *far, *max_distance;
 } method_options;

@@ -126,30 +126,10 @@ DEFINE_FINISH(finish_u8, uint8_t, true)
 DEFINE_FINISH(finish_u16, uint16_t, true)
 DEFINE_FINISH(finish_u32, uint32_t, false)
 
-#define LANE uint8_t
-#define NONE UINT8_MAX
-#define W(name) l1_u8_##name
-#define V(name) name##_u8
-#define CLEAR_WHERE clear_where_u8
 #define l1_u8_finish finish_u8
-#include "transform/l1_template.h"
-#undef LANE
-#undef NONE
-#undef W
-#undef V
-#undef CLEAR_WHERE
-
-#define LANE uint16_t
-#define NONE UINT16_MAX
-#define W(name) l1_u16_##name
-#define V(name) name##_u16
-#define CLEAR_WHERE clear_where_u16
 #define l1_u16_finish finish_u16
-#include "transform/l1_template.h"
-#undef NONE
-#undef W
-#undef V
-#undef CLEAR_WHERE
+#define LANE_TEMPLATE "transform/l1_template.h"
+#include "transform/lanes.h"
 
 // The first pass's share of a sum. What the lanes do not hold cannot be told from none: plane_runs takes wider ones then.
 static inline uint16_t window_u15_first(uint16_t steps, bool linf) {
@@ -161,6 +141,7 @@ static inline uint16_t window_u16_first(uint16_t steps, bool linf) {
 }
 
 // 15 bits: a sum of two cannot overflow, and processors add without saturating twice as fast.
+#define LANE uint16_t
 #define NONE INT16_MAX
 #define W(name) window_u15_##name
 #define V(name) name##_u15

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// L1, once for 8-bit and once for 16-bit lanes: define LANE (type), NONE, W(name), V(name), CLEAR_WHERE(words, first). Sums
-// saturate at NONE. A border costs nothing: it is a site just outside each end of a row or column.
+// L1, for the lanes of lanes.h. Sums saturate at NONE. A border costs nothing: it is a site just outside each end of a row or
+// column.
 
 enum { W(LANES) = VECTOR_BYTES / sizeof(LANE) };
 

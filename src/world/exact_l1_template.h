@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Manhattan distances, once for 8-bit and once for 16-bit lanes: define LANE (type), NONE, W(name), V(name), CLEAR_WHERE. Sums
-// saturate at NONE.
+// Manhattan distances, for the lanes of transform/lanes.h. Sums saturate at NONE.
 
 enum { W(LANES) = VECTOR_BYTES / sizeof(LANE) };
 

@@ -72,29 +72,8 @@ static inline void write_past(void *to, const void *from, size_t bytes) {
     }
 }
 
-#define LANE uint8_t
-#define NONE UINT8_MAX
-#define W(name) l1_u8_##name
-#define V(name) name##_u8
-#define CLEAR_WHERE clear_where_u8
-#include "world/exact_l1_template.h"
-#undef LANE
-#undef NONE
-#undef W
-#undef V
-#undef CLEAR_WHERE
-
-#define LANE uint16_t
-#define NONE UINT16_MAX
-#define W(name) l1_u16_##name
-#define V(name) name##_u16
-#define CLEAR_WHERE clear_where_u16
-#include "world/exact_l1_template.h"
-#undef LANE
-#undef NONE
-#undef W
-#undef V
-#undef CLEAR_WHERE
+#define LANE_TEMPLATE "world/exact_l1_template.h"
+#include "transform/lanes.h"
 
 #include "world/exact_l2.h"
 
