@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "auto.h"
 
+#include "cli.h"
 #include "fly.h"
+#include "table.h"
 #include "world.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -58,31 +59,46 @@ bool auto_record(auto_run *run, const auto_frame *frame) {
         run->frames = frames;
         run->capacity = capacity;
     }
-    run->frames[run->count++] = *frame;
+    auto_frame *added = &run->frames[run->count++];
+    *added = *frame;
+    added->field_ms += run->early.field_ms;
+    added->march_ms += run->early.march_ms;
+    run->early = (auto_frame){0};
     return true;
 }
 
-static bool write_csv(const auto_run *run) {
-    FILE *file = fopen(run->desc.csv, "w");
-    if (file) {
-        fprintf(file, "frame,start_ms,delta_ms,fps,field_ms,march_ms,edits\n");
-        for (uint64_t i = 0; i < run->count; i++) {
-            const auto_frame *f = &run->frames[i];
-            fprintf(file, "%" PRIu64 ",%.4f,%.4f,%.2f,%.4f,%.4f,%u\n", i, f->start_ms, f->delta_ms,
-                    f->delta_ms > 0 ? 1e3 / f->delta_ms : 0, f->field_ms, f->march_ms, f->edits);
-        }
+void auto_add(auto_run *run, uint64_t frame, double field_ms, double march_ms) {
+    auto_frame *to = frame < run->count ? &run->frames[frame] : &run->early;
+    to->field_ms += field_ms;
+    to->march_ms += march_ms;
+}
+
+int auto_check(const auto_desc *desc) {
+    return tables_check(&desc->csv, 1);
+}
+
+static int write_csv(const auto_run *run) {
+    table t;
+    if (!table_begin(run->desc.csv, &t)) {
+        return cli_fail("%s: out of memory for it: free some", run->desc.csv);
     }
-    const bool failed = !file || ferror(file);
-    if ((file && fclose(file) != 0) || failed) {
-        fprintf(stderr, "fathom: %s: %s: choose a file that can be written\n", run->desc.csv, strerror(errno));
-        return false;
+    fprintf(t.stream, "frame,start_ms,delta_ms,fps,field_ms,march_ms,edits\n");
+    for (uint64_t i = 0; i < run->count; i++) {
+        const auto_frame *f = &run->frames[i];
+        fprintf(t.stream, "%" PRIu64 ",%.4f,%.4f,%.2f,%.4f,%.4f,%u\n", i, f->start_ms, f->delta_ms,
+                f->delta_ms > 0 ? 1e3 / f->delta_ms : 0, f->field_ms, f->march_ms, f->edits);
     }
-    return true;
+    return table_end(&t, true, CLI_DONE);
 }
 
 static int compare(const void *a, const void *b) {
     const double x = *(const double *)a, y = *(const double *)b;
     return (x > y) - (x < y);
+}
+
+// The least value that at least 99 % of them do not exceed.
+static double p99(const double *sorted, uint64_t count) {
+    return sorted[(99 * count + 99) / 100 - 1];
 }
 
 // The interval is that of the mean, as if frames were independent of each other.
@@ -100,14 +116,13 @@ static void print_row(FILE *stream, const char *name, double *values, uint64_t c
     const double deviation = count > 1 ? sqrt(squares / (double)(count - 1)) : 0, half = 1.96 * deviation / sqrt((double)count);
     qsort(values, count, sizeof *values, compare);
     fprintf(stream, "%-12s %8" PRIu64 " %10.4f %10.4f   %10.4f to %10.4f %10.4f %10.4f %10.4f\n", name, count, mean, deviation,
-            mean - half, mean + half, values[count / 2], values[(count - 1) * 99 / 100], values[count - 1]);
+            mean - half, mean + half, values[count / 2], p99(values, count), values[count - 1]);
 }
 
-bool auto_finish(auto_run *run, FILE *stream) {
+int auto_finish(auto_run *run, FILE *stream) {
     double *values = calloc(run->count + 1, sizeof *values);
     if (!values) {
-        fprintf(stderr, "fathom: out of memory for the summary: free some\n");
-        return false;
+        return cli_fail("out of memory for the summary: free some");
     }
     fprintf(stream, "%" PRIu64 " frames, %" PRIu64 " edits, seed %" PRIu64 ", an edit ", run->count, run->edits, run->desc.seed);
     fprintf(stream, run->desc.interval_ms > 0 ? "every %g ms\n" : "a frame\n", run->desc.interval_ms);
@@ -134,5 +149,5 @@ bool auto_finish(auto_run *run, FILE *stream) {
     }
     print_row(stream, "frames/s", values, run->count);
     free(values);
-    return !run->desc.csv || write_csv(run);
+    return run->desc.csv ? write_csv(run) : CLI_DONE;
 }

@@ -28,7 +28,8 @@ typedef struct auto_run {
     auto_desc desc;
     fm_shape shape;
     double begin_ms;
-    uint64_t edits;  // so far
+    uint64_t edits;    // so far
+    auto_frame early;  // times of frames that are not recorded yet
     auto_frame *frames;
     uint64_t count, capacity;
 } auto_run;
@@ -42,7 +43,11 @@ uint32_t auto_edits(auto_run *run, double now_ms, fm_brush *brushes, uint32_t ca
 fm_camera auto_camera(const auto_run *run, double now_ms);
 // False when out of memory.
 bool auto_record(auto_run *run, const auto_frame *frame);
-// Writes the table of frames where one is wanted, and prints the summary. False when that failed: stderr has been told why.
-bool auto_finish(auto_run *run, FILE *stream);
+// Adds what has become known of frame number `frame`; of one that is not recorded yet, it is added to the next.
+void auto_add(auto_run *run, uint64_t frame, double field_ms, double march_ms);
+// Says early what would fail only after the run: a table that cannot be written. Returns an exit code.
+int auto_check(const auto_desc *desc);
+// Writes the table of frames where one is wanted, and prints the summary. Returns an exit code; stderr has been told why it failed.
+int auto_finish(auto_run *run, FILE *stream);
 
 #endif

@@ -88,9 +88,7 @@ bool edit_apply(edit_history *h, fm_world *world, const fm_brush *brush, bool *c
         h->at = 0;
         return fm_world_edit(world, brush, 1) == FM_OK;
     }
-    // Edits that are queued are not seen by a read.
-    if (fm_world_update(world, NULL) != FM_OK || fm_world_read(world, &step.box, step.before) != FM_OK ||
-        fm_world_edit(world, brush, 1) != FM_OK) {
+    if (fm_world_read(world, &step.box, step.before) != FM_OK || fm_world_edit(world, brush, 1) != FM_OK) {
         free(step.before);
         return false;
     }
@@ -106,7 +104,7 @@ bool edit_undo(edit_history *h, fm_world *world, bool *failed) {
         return false;
     }
     const edit_step *step = &h->steps[h->at - 1];
-    *failed = fm_world_update(world, NULL) != FM_OK || fm_world_write(world, &step->box, step->before) != FM_OK;
+    *failed = fm_world_write(world, &step->box, step->before) != FM_OK;
     h->at -= !*failed;
     return !*failed;
 }

@@ -25,10 +25,11 @@ typedef struct edit_history {
 // Forgets everything.
 void edit_clear(edit_history *h);
 
-// Queues a sphere for the next update. `changes` (NULL allowed) tells whether it touches the world at all. False when the world
-// refuses, which fm_last_error explains.
+// Queues a sphere for the next update, which must have nothing else to do: voxels are read as they are before. The only wait is
+// that for them. `changes` (NULL allowed) tells whether the sphere touches the world at all. False when the world refuses, which
+// fm_last_error explains.
 bool edit_apply(edit_history *h, fm_world *world, const fm_brush *brush, bool *changes);
-// False when there is nothing to take back or do again (`failed` false) or the world refuses (`failed` true).
+// The same holds. False when there is nothing to take back or do again (`failed` false) or the world refuses (`failed` true).
 bool edit_undo(edit_history *h, fm_world *world, bool *failed);
 bool edit_redo(edit_history *h, fm_world *world, bool *failed);
 

@@ -13,9 +13,13 @@ enum { EDITS_A_FRAME = 64 };
 
 static bool edit_world(stage *s, auto_run *run, double now_ms, auto_frame *frame) {
     fm_brush brushes[EDITS_A_FRAME];
+    fm_ticket ticket;
+    bool works;
     frame->edits = auto_edits(run, now_ms, brushes, EDITS_A_FRAME);
-    return fm_world_edit(s->world, brushes, frame->edits) == FM_OK &&
-           measure_update(s->context, s->world, frame->edits > 0, &s->newest, &frame->field_ms);
+    if (fm_world_edit(s->world, brushes, frame->edits) != FM_OK || !stage_update(s, frame->edits > 0, &ticket, &works)) {
+        return false;
+    }
+    return !works || measure_ticket(s->context, ticket, &frame->field_ms);
 }
 
 static bool one_frame(stage *s, const options *o, auto_run *run, auto_frame *frame) {
@@ -27,8 +31,9 @@ static bool one_frame(stage *s, const options *o, auto_run *run, auto_frame *fra
     desc.camera = auto_camera(run, start);
     const int32_t focus[3] = {(int32_t)desc.camera.position[0], (int32_t)desc.camera.position[1], (int32_t)desc.camera.position[2]};
     fm_world_set_focus(s->world, focus);
-    if (!edit_world(s, run, start, frame) || fm_render(s->renderer, s->world, &desc, NULL) != FM_OK ||
-        !measure_newest(s->context, &frame->march_ms)) {
+    fm_ticket ticket;
+    if (!edit_world(s, run, start, frame) || fm_render(s->renderer, s->world, &desc, &ticket) != FM_OK ||
+        !measure_ticket(s->context, ticket, &frame->march_ms)) {
         return false;
     }
     frame->delta_ms = fm_now_ms() - start;
@@ -45,7 +50,7 @@ static int save_last(stage *s, const options *o) {
     return status;
 }
 
-static int measure(stage *s, const options *o) {
+static int run_all(stage *s, const options *o) {
     auto_run run;
     auto_frame first = {0};
     // The first picture and the first update pay for pipelines and memory.
@@ -65,8 +70,8 @@ static int measure(stage *s, const options *o) {
             status = CLI_FAILED;
         }
     }
-    if (status == CLI_DONE && !auto_finish(&run, stdout)) {
-        status = CLI_FAILED;
+    if (status == CLI_DONE) {
+        status = auto_finish(&run, stdout);
     }
     auto_free(&run);
     return status == CLI_DONE && o->last_frame ? save_last(s, o) : status;
@@ -93,7 +98,7 @@ int headless_run(const options *o) {
                s.shape.y, s.shape.z, fm_field_format_words[own.settings.format],
                fm_world_algorithm_words[own.settings.method.algorithm], own.width / own.settings.scale,
                own.height / own.settings.scale);
-        status = measure(&s, &own);
+        status = run_all(&s, &own);
     }
     stage_close(&s);
     const uint64_t messages = fm_context_validation_messages(context);

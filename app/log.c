@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MAX_WIDGETS = 256, NAME = 48 };
+enum { MAX_WIDGETS = 256, NAME = 48, REST_FRAMES = 4 };
 
 typedef struct widget {
     char name[NAME];
@@ -16,6 +16,7 @@ typedef struct widget {
 static FILE *stream;
 static widget widgets[MAX_WIDGETS];
 static int widget_count;
+static int quiet_frames;
 
 bool log_open(const char *path) {
     stream = path ? fopen(path, "w") : NULL;
@@ -43,6 +44,7 @@ void log_event(const char *format, ...) {
         vfprintf(stream, format, arguments);
         va_end(arguments);
         fputc('\n', stream);
+        quiet_frames = 0;
     }
 }
 
@@ -74,7 +76,7 @@ void log_widget(const char *name, float x0, float y0, float x1, float y1) {
     }
 }
 
-void log_widgets_end(void) {
+static void drop_widgets(void) {
     int kept = 0;
     for (int i = 0; i < widget_count; i++) {
         if (widgets[i].seen) {
@@ -83,4 +85,12 @@ void log_widgets_end(void) {
         }
     }
     widget_count = kept;
+}
+
+void log_frame_end(void) {
+    drop_widgets();
+    if (quiet_frames < REST_FRAMES && ++quiet_frames == REST_FRAMES) {
+        log_event("rest");
+        quiet_frames = REST_FRAMES;
+    }
 }

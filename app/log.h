@@ -20,8 +20,8 @@ __attribute__((format(printf, 1, 2))) void log_event(const char *format, ...);
 // Where a part of the panel is, in pixels of the window: told each frame, logged as "widget NAME X0 Y0 X1 Y1" when it has appeared
 // or moved. Names have no blanks.
 void log_widget(const char *name, float x0, float y0, float x1, float y1);
-// Parts that were not told since the last call are gone.
-void log_widgets_end(void);
+// A frame is over: parts that were not told in it are gone. After a few frames without any line the log says "rest".
+void log_frame_end(void);
 
 #ifdef __cplusplus
 }

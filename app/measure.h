@@ -2,15 +2,37 @@
 #ifndef FM_APP_MEASURE_H
 #define FM_APP_MEASURE_H
 
-#include "fathom/world.h"
+// What operations take, by the times of their passes, had without waiting for them.
 
-// What one run of passes took. False when something failed: see fm_last_error.
+#include "fathom/fathom.h"
 
-// Time of all passes of the context's newest operation, for which it waits.
-bool measure_newest(fm_context *context, double *milliseconds);
+enum { MEASURE_IN_FLIGHT = 8 };
 
-// Updates a world, and waits and measures when that does something: always after edits, and when a moved focus asks for it.
-// `newest` keeps the ticket of the world's newest update; 0 at first.
-bool measure_update(fm_context *context, fm_world *world, bool edited, fm_ticket *newest, double *milliseconds);
+typedef enum measure_kind { MEASURE_FIELD = 0, MEASURE_MARCH } measure_kind;
+
+typedef struct measured {
+    measure_kind kind;
+    uint64_t frame;
+    double milliseconds;
+} measured;
+
+typedef struct measure {
+    struct {
+        measured what;
+        fm_ticket ticket;
+        bool known;
+    } waiting[MEASURE_IN_FLIGHT];
+    uint32_t first, count;
+} measure;
+
+// An operation has just been asked for. Of more than MEASURE_IN_FLIGHT the oldest are forgotten.
+void measure_expect(measure *m, fm_context *context, measure_kind kind, uint64_t frame, fm_ticket ticket);
+// The oldest one that is complete, each once. `wait`: waits for the oldest. False when there is none.
+bool measure_next(measure *m, fm_context *context, bool wait, measured *result);
+void measure_forget(measure *m);
+
+// Time of all passes of an operation, for which it waits. False when something failed, see fm_last_error, or its passes are not
+// known any longer.
+bool measure_ticket(fm_context *context, fm_ticket ticket, double *milliseconds);
 
 #endif

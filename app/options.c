@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: MIT
 #include "options.h"
 
+#include "files.h"
+#include "method.h"
 #include "words.h"
-#include "world.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct option_args {
-    struct arg_str *in, *scene, *size, *seed, *format, *algorithm, *chunk, *border, *convergence, *focus, *march, *view, *shadow,
-        *scale, *backend, *device, *threads, *window, *interval, *seconds, *frames, *radius, *csv, *edits, *last, *pictures, *log,
-        *path;
+    struct arg_str *in, *scene, *size, *seed, *march, *view, *shadow, *scale, *backend, *device, *threads, *window, *interval,
+        *seconds, *frames, *radius, *csv, *edits, *last, *pictures, *log, *path;
     struct arg_lit *occlusion, *no_vsync, *validation, *headless;
+    method_options method;
 } option_args;
 
 static void add_options(cli_args *args, option_args *a) {
@@ -18,17 +20,9 @@ static void add_options(cli_args *args, option_args *a) {
     a->scene = cli_add(args, arg_str0(NULL, "scene", "NAME", "a procedural scene, or air; default terrain"));
     a->size = cli_add(args, arg_str0(NULL, "size", "N|X,Y,Z", "of the scene; default what suits the device"));
     a->seed = cli_add(args, arg_str0(NULL, "scene-seed", "S", "another scene of the same kind; default 0"));
-    a->format = cli_add(args, arg_str0(NULL, "format", "packed|split-u8|split-u16|squared", "of the field; default packed"));
-    a->algorithm =
-        cli_add(args, arg_str0(NULL, "algorithm", "NAME",
-                               "exact (default), brute-force, fim, jfa-published, jfa, jfa-1+, jfa+2, jfa-fim, selective, "
-                               "published-final"));
-    a->chunk = cli_add(args, arg_str0(NULL, "chunk", "EDGE", "8 to 256, or 0: the whole world; default 0, selective 32"));
-    a->border = cli_add(args, arg_str0(NULL, "border", "padding|halo|exchange", "of chunks; default padding"));
-    a->convergence = cli_add(args, arg_str0(NULL, "convergence", "device|host", "of fim and jfa-fim; default device"));
-    a->focus = cli_add(args, arg_str0(NULL, "focus", "CHUNKS", "selective: edge of the focus; default 3"));
+    method_options_add(args, &a->method);
     a->march = cli_add(args, arg_str0(NULL, "march", "skip|box|plain", "how rays travel; default skip"));
-    a->view = cli_add(args, arg_str0(NULL, "view", "NAME", "colour (default), steps, normal, depth, slice, difference"));
+    a->view = cli_add(args, arg_str0(NULL, "view", "color|steps|normal|distance|slice|difference", "default color"));
     a->shadow = cli_add(args, arg_str0(NULL, "shadow", "none|hard|soft", "of the sun; default none"));
     a->occlusion = cli_add(args, arg_lit0(NULL, "ao", "ambient occlusion"));
     a->scale = cli_add(args, arg_str0(NULL, "pixels", "1|2|4",
@@ -81,29 +75,28 @@ static bool read_scene(const option_args *a, options *o) {
 }
 
 static bool read_method(const option_args *a, options *o) {
-    int algorithm = 0, border = 0, convergence = 0, format = 0;
-    fm_world_method *method = &o->settings.method;
-    if (!cli_word("--algorithm", given(a->algorithm, "exact"), fm_world_algorithm_words, &algorithm) ||
-        !cli_word("--border", given(a->border, "padding"), fm_world_border_words, &border) ||
-        !cli_word("--convergence", given(a->convergence, "device"), fm_world_convergence_words, &convergence) ||
-        !cli_word("--format", given(a->format, "packed"), fm_field_format_words, &format) ||
-        !cli_chunk("--chunk", given(a->chunk, algorithm == FM_WORLD_SELECTIVE ? "32" : "0"), &method->chunk) ||
-        !cli_uint32("--focus", given(a->focus, "3"), 1, &method->focus_chunks)) {
+    fm_world_desc desc = {0};
+    if (a->method.focus_at->count) {
+        cli_usage("paint: --focus-at is given: the focus is where the camera is");
         return false;
     }
-    method->algorithm = (fm_world_algorithm)algorithm;
-    method->border = (fm_world_border)border;
-    method->convergence = (fm_world_convergence)convergence;
-    o->settings.format = (fm_field_format)format;
-    return true;
+    if (!method_options_read(&a->method, &desc)) {
+        return false;
+    }
+    o->settings.format = desc.format;
+    o->settings.max_distance = desc.max_distance;
+    o->settings.method = desc.method;
+    // For when the panel chooses another algorithm.
+    return cli_uint32("--focus", given(a->method.focus, "3"), 1, &o->settings.method.focus_chunks);
 }
 
 static bool read_window(const char *text, options *o) {
     fm_shape shape;
-    char end;
-    if (sscanf(text, "%ux%u%c", &shape.x, &shape.y, &end) != 2 || shape.x < 64 || shape.y < 64 || shape.x > 16384 ||
-        shape.y > 16384) {
-        cli_usage("--window is \"%s\": WIDTHxHEIGHT is wanted, each from 64 to 16384", text);
+    if (!cli_picture("--window", text, &shape)) {
+        return false;
+    }
+    if (shape.x < 64 || shape.y < 64) {
+        cli_usage("--window is \"%s\": 64 pixels along each edge are the least", text);
         return false;
     }
     o->width = shape.x;
@@ -114,9 +107,9 @@ static bool read_window(const char *text, options *o) {
 static bool read_picture(const option_args *a, options *o) {
     int march = 0, view = 0, shadow = 0;
     paint_settings *s = &o->settings;
-    if (!cli_word("--march", given(a->march, "skip"), paint_march_words, &march) ||
-        !cli_word("--view", given(a->view, "colour"), paint_view_words, &view) ||
-        !cli_word("--shadow", given(a->shadow, "none"), paint_shadow_words, &shadow) ||
+    if (!cli_word("--march", given(a->march, "skip"), fm_march_words, &march) ||
+        !cli_word("--view", given(a->view, "color"), fm_view_words, &view) ||
+        !cli_word("--shadow", given(a->shadow, "none"), fm_shadow_words, &shadow) ||
         !cli_uint32("--pixels", given(a->scale, "0"), a->scale->count ? 1 : 0, &s->scale) ||
         !read_window(given(a->window, "1280x720"), o)) {
         return false;
@@ -179,6 +172,8 @@ static bool read_rest(const option_args *a, options *o) {
     o->device = given(a->device, NULL);
     o->validation = a->validation->count > 0;
     o->log = given(a->log, NULL);
+    const char *broken = getenv("FATHOM_PAINT_BROKEN");
+    o->broken_pictures = broken ? (uint32_t)strtoul(broken, NULL, 10) : 0;
     o->pictures = given(a->pictures, ".");
     o->history_bytes = (uint64_t)256 << 20;
     o->settings.speed = 40;
@@ -193,6 +188,12 @@ static bool read_rest(const option_args *a, options *o) {
         return false;
     }
     return true;
+}
+
+// Says early what would fail only after the work.
+static int check_outputs(const options *o) {
+    const int status = auto_check(&o->benchmark);
+    return status == CLI_DONE && o->last_frame ? files_picture_check(o->last_frame) : status;
 }
 
 bool options_parse(cli_args *args, int argc, char **argv, options *o, int *status) {
@@ -211,7 +212,11 @@ bool options_parse(cli_args *args, int argc, char **argv, options *o, int *statu
         return false;
     }
     *status = CLI_USAGE;
-    return read_scene(&a, o) && read_method(&a, o) && read_picture(&a, o) && read_benchmark(&a, o) && read_rest(&a, o);
+    if (!read_scene(&a, o) || !read_method(&a, o) || !read_picture(&a, o) || !read_benchmark(&a, o) || !read_rest(&a, o)) {
+        return false;
+    }
+    *status = check_outputs(o);
+    return *status == CLI_DONE;
 }
 
 void options_suit(paint_settings *settings, const fm_device_info *device, bool window) {

@@ -20,6 +20,7 @@ typedef struct options {
     const char *log;         // NULL: none
     const char *last_frame;  // NULL: not wanted; without a window only
     uint64_t history_bytes;
+    uint32_t broken_pictures;  // so many fail, for a test of what the window does then
 } options;
 
 // The options live as long as `args` and argv. Returns true when the program shall run; else `status` is its exit code.

@@ -80,11 +80,12 @@ static bool fit(present *p) {
     return GPU_GOOD(vkQueueWaitIdle(p->gpu->queue)) && swapchain_fit(&p->chain, p->gpu, p->window, p->vsync);
 }
 
+bool present_wait(present *p) {
+    return GPU_GOOD(vkWaitForFences(p->gpu->device, 1, &p->frames[p->current].done, VK_TRUE, UINT64_MAX));
+}
+
 present_state present_begin(present *p, bool vsync) {
     present_frame *f = &p->frames[p->current];
-    if (!GPU_GOOD(vkWaitForFences(p->gpu->device, 1, &f->done, VK_TRUE, UINT64_MAX))) {
-        return PRESENT_FAILED;
-    }
     p->stale = p->stale || vsync != p->vsync || !p->chain.chain;
     p->vsync = vsync;
     // Once more when the window changes between the two calls; else the next frame sees to it.

@@ -50,7 +50,9 @@ typedef enum present_state { PRESENT_READY = 0, PRESENT_HIDDEN, PRESENT_FAILED }
 bool present_open(present *p, const gpu *g, GLFWwindow *window);
 void present_close(present *p);
 
-// Waits until the frame before the last is done and takes an image. HIDDEN: there is nothing to draw on now.
+// Waits until the frame before the last is done: the first call of a frame.
+bool present_wait(present *p);
+// Takes an image. HIDDEN: there is nothing to draw on now.
 present_state present_begin(present *p, bool vsync);
 // Memory of this frame for a picture of the host's; NULL when there is none. Its buffer is `staging`.
 void *present_staging(present *p, uint32_t width, uint32_t height);

@@ -4,9 +4,11 @@
 
 // What the program knows and the panel shows.
 
+#include "message.h"
+
 #include "fathom/render.h"
 
-enum { READINGS_GRAPH = 240, READINGS_MEMORY = 32, READINGS_MESSAGE = 512 };
+enum { READINGS_GRAPH = 240, READINGS_MEMORY = 32 };
 
 // The newest values, in a ring.
 typedef struct readings_graph {
@@ -29,12 +31,12 @@ typedef struct readings {
     readings_graph field_ms;  // by update
     readings_graph edits;     // a second, by frame
     readings_graph wrong;     // percent of the pixels, whenever they are counted
-    double frames_per_second, edits_per_second;
+    double frame_mean_ms;     // of about the last ten; 0: not known
+    double edits_per_second;
     bool may_be_wrong;   // the method is approximate
     double wrong_share;  // of pixels; -1: not known
     fm_memory memory[READINGS_MEMORY];
     uint32_t memory_count;
-    fm_world_stats update;
     fm_device_info device;
     fm_backend backend;
     uint32_t width, height;  // of the picture
@@ -42,10 +44,8 @@ typedef struct readings {
     uint64_t history_bytes;
     bool captured;
     bool automatic;  // the benchmark is in control
-    fm_pick pick;
-    char message[READINGS_MESSAGE];
+    message news;
     double message_seconds;  // since it was said
-    bool failed;             // it is of a failure
 } readings;
 
 #endif

@@ -11,20 +11,6 @@ const uint8_t paint_colors[PAINT_COLORS] = {0xff, 0xe0, 0xf0, 0xfc, 0x1c, 0x1f, 
 
 const char *const paint_color_words[] = {"white", "red", "orange", "yellow", "green", "cyan", "blue", "magenta", "grey", NULL};
 
-const char *const paint_march_words[] = {[FM_MARCH_SKIP] = "skip", [FM_MARCH_BOX] = "box", [FM_MARCH_PLAIN] = "plain", NULL};
-
-const char *const paint_view_words[] = {
-    [FM_VIEW_COLOR] = "colour",
-    [FM_VIEW_STEPS] = "steps",
-    [FM_VIEW_NORMAL] = "normal",
-    [FM_VIEW_DISTANCE] = "depth",
-    [FM_VIEW_SLICE] = "slice",
-    [FM_VIEW_DIFFERENCE] = "difference",
-    NULL,
-};
-
-const char *const paint_shadow_words[] = {[FM_SHADOW_NONE] = "none", [FM_SHADOW_HARD] = "hard", [FM_SHADOW_SOFT] = "soft", NULL};
-
 uint32_t paint_scene_count(void) {
     uint32_t count = 0;
     while (fm_scene_at(count)) {

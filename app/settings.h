@@ -14,16 +14,14 @@ enum { PAINT_COLORS = 9, PAINT_MOST_RADIUS = 64, PAINT_PATH = 512 };
 
 // RGB332, by number key.
 extern const uint8_t paint_colors[PAINT_COLORS];
-extern const char *const paint_color_words[];   // "white", "red", ...
-extern const char *const paint_march_words[];   // "skip", "box", "plain"
-extern const char *const paint_view_words[];    // "colour", "steps", ...
-extern const char *const paint_shadow_words[];  // "none", "hard", "soft"
+extern const char *const paint_color_words[];  // "white", "red", ...
 
 typedef struct paint_settings {
     uint32_t scene;  // number of fm_scene_at; the one past the last is air
     fm_shape shape;
     uint64_t scene_seed;
     fm_field_format format;
+    uint32_t max_distance;   // FM_FIELD_SQUARED_U32; 0: none
     fm_world_method method;  // as chosen; `bench_world_method` takes out what has no effect
 
     fm_march march;

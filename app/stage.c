@@ -25,8 +25,10 @@ void stage_close(stage *s) {
 
 // Puts a new world of the volume's voxels (NULL: air) in place of the old one.
 static bool replace(stage *s, const paint_settings *settings, const fm_volume *volume) {
-    const fm_world_desc desc = {
-        .shape = settings->shape, .format = settings->format, .method = bench_world_method(&settings->method)};
+    const fm_world_desc desc = {.shape = settings->shape,
+                                .format = settings->format,
+                                .max_distance = settings->format == FM_FIELD_SQUARED_U32 ? settings->max_distance : 0,
+                                .method = bench_world_method(&settings->method)};
     fm_world *world = NULL;
     if (fm_world_create(s->context, &desc, &world) != FM_OK) {
         return false;
@@ -40,6 +42,7 @@ static bool replace(stage *s, const paint_settings *settings, const fm_volume *v
     s->world = world;
     s->shape = settings->shape;
     s->newest = ticket;
+    s->judging = false;
     return true;
 }
 
@@ -90,6 +93,7 @@ bool stage_reformat(stage *s, const paint_settings *settings) {
 
 bool stage_set_method(stage *s, const paint_settings *settings) {
     const fm_world_method method = bench_world_method(&settings->method);
+    s->judging = false;
     return fm_world_set_method(s->world, &method) == FM_OK;
 }
 
@@ -118,14 +122,37 @@ bool stage_count(const stage *s, uint64_t *solid, uint64_t *hash) {
     return true;
 }
 
-double stage_wrong_share(stage *s, const paint_settings *settings, const fm_camera *camera, double aspect) {
-    fm_render_desc desc = {.camera = *camera,
-                           .march = settings->march,
-                           .view = FM_VIEW_DIFFERENCE,
-                           .width = JUDGE_WIDTH,
-                           .height = (uint32_t)(JUDGE_WIDTH / aspect) + 1,
-                           .count = true};
+bool stage_update(stage *s, bool edited, fm_ticket *ticket, bool *works) {
+    if (fm_world_update(s->world, ticket) != FM_OK) {
+        return false;
+    }
+    // The CPU's tickets are all alike.
+    *works = *ticket != s->newest || (edited && fm_context_backend(s->context) == FM_BACKEND_CPU);
+    s->newest = *ticket;
+    return true;
+}
+
+bool stage_judge(stage *s, const paint_settings *settings, const fm_camera *camera, double aspect) {
+    const fm_render_desc desc = {.camera = *camera,
+                                 .march = settings->march,
+                                 .view = FM_VIEW_DIFFERENCE,
+                                 .width = JUDGE_WIDTH,
+                                 .height = (uint32_t)(JUDGE_WIDTH / aspect) + 1,
+                                 .count = true};
+    s->judging = fm_render(s->judge, s->world, &desc, &s->judged) == FM_OK;
+    return s->judging;
+}
+
+bool stage_wrong_share(stage *s, double *share) {
+    bool complete = false;
     fm_render_stats stats;
-    const bool good = fm_render(s->judge, s->world, &desc, NULL) == FM_OK && fm_renderer_stats(s->judge, &stats) == FM_OK;
-    return good && stats.rays ? (double)stats.wrong / (double)stats.rays : -1;
+    if (!s->judging || fm_poll(s->context, s->judged, &complete) != FM_OK || !complete) {
+        return false;
+    }
+    s->judging = false;
+    if (fm_renderer_stats(s->judge, &stats) != FM_OK || stats.rays == 0) {
+        return false;
+    }
+    *share = (double)stats.wrong / (double)stats.rays;
+    return true;
 }

@@ -12,7 +12,9 @@ typedef struct stage {
     fm_renderer *renderer;
     fm_renderer *judge;  // draws small pictures in which wrong pixels are counted
     fm_shape shape;
-    fm_ticket newest;  // of the world's updates, for measure_update
+    fm_ticket newest;  // of the world's updates
+    bool judging;      // wrong pixels are being counted
+    fm_ticket judged;
 } stage;
 
 // All return false where fm_last_error says why; the stage is then as it was. The context is the caller's.
@@ -32,7 +34,13 @@ bool stage_save(const stage *s, const char *path);
 // Number of solid voxels, and a number that differs, most likely, when the voxels do. Slow.
 bool stage_count(const stage *s, uint64_t *solid, uint64_t *hash);
 
-// The share of pixels that the field gets wrong from here. -1: it could not be told.
-double stage_wrong_share(stage *s, const paint_settings *settings, const fm_camera *camera, double aspect);
+// Updates the world, without waiting for it. `works` tells whether it does anything: after edits (`edited`), and when a moved focus
+// asks for it.
+bool stage_update(stage *s, bool edited, fm_ticket *ticket, bool *works);
+
+// Begins to count the pixels that the field gets wrong from here.
+bool stage_judge(stage *s, const paint_settings *settings, const fm_camera *camera, double aspect);
+// Their share, once, when it has been counted; does not wait. False: there is none yet.
+bool stage_wrong_share(stage *s, double *share);
 
 #endif

@@ -6,7 +6,7 @@
 
 #include <stdio.h>
 
-static const double first_repeat = 0.35, repeat = 0.08;  // seconds that a button is held
+static const double first_repeat = 0.5, repeat = 0.08;  // seconds that a button is held
 
 typedef struct move_key {
     int key, axis;
@@ -81,6 +81,7 @@ static void on_button(GLFWwindow *handle, int button, int action, int modifiers)
     if (side < 0) {
         return;
     }
+    log_event("%s %d", action == GLFW_RELEASE ? "release" : "press", side);
     if (action == GLFW_RELEASE) {
         w->held_since[side] = 0;
     } else if (w->captured) {

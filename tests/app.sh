@@ -14,26 +14,24 @@ expect "the first frame" '^picture 275 205$'
 picture start
 
 # Fly.
+settle
 now
 xdotool mousemove --window "$window" 800 600 click 1
 expect "a click into the picture" '^captured 1$'
 [ "$(value '^aim' 2)" = 1 ] || bad "nothing is under the cross-hair"
-now
-xdotool keydown w
-sleep 0.3
-xdotool keyup w
-expect "W" '^camera '
-before=$line
-now
-xdotool mousemove_relative -- 40 10
-expect "the mouse" '^camera .*yaw'
-[ "$(printf '%s' "$before" | cut -d ' ' -f 6)" != "$(printf '%s' "$line" | cut -d ' ' -f 6)" ] || bad "the mouse does not turn: $line"
-for key in a s d space shift q e; do
+# Taps, each of which moves for a frame, whatever that takes: a key that is held goes as far as the machine is slow.
+for key in w a s d space shift q e; do
     now
-    xdotool keydown $key
+    xdotool key $key
     expect "key $key" '^camera '
-    xdotool keyup $key
 done
+settle
+before=$(value '^camera' 6)
+now
+xdotool mousemove_relative -- 20 10
+expect "the mouse" '^camera .*yaw'
+[ "$before" != "$(printf '%s' "$line" | cut -d ' ' -f 6)" ] || bad "the mouse does not turn: $line"
+settle
 [ "$(value '^aim' 2)" = 1 ] || bad "nothing is ahead any longer: $(grep '^aim' "$log" | tail -n 1)"
 
 # Radius and colour.
@@ -42,7 +40,7 @@ xdotool click 5
 expect "the wheel" '^settings .*radius=3 '
 now
 xdotool key 3
-expect "a number key" '^settings .*colour=orange '
+expect "a number key" '^settings .*color=orange '
 
 # Place and delete, take back and do again.
 now
@@ -127,13 +125,50 @@ expect "the window again" '^shown$'
 now
 xdotool windowsize "$window" 1100 820
 expect "a larger window" '^picture 275 205$'
+settle
 now
 xdotool key F1
+expect "F1" '^panel 0$'
+settle
 picture bare
+now
 xdotool key F1
 expect "F1" '^widget scene '
 
+# A key that is held goes on.
+now
+xdotool mousemove --window "$window" 800 600 click 1
+expect "a click into the picture" '^captured 1$'
+now
+xdotool keydown s
+expect "a key" '^camera '
+now
+expect "a key that is held" '^camera '
+xdotool keyup s
+
 end_program
+
+# Pictures that fail are told of once, and the window goes on.
+export FATHOM_PAINT_BROKEN=12
+start_program --validation --scene terrain --size 32 --pixels 4 --window 1100x820 --backend "${APP_BACKEND:-vulkan}"
+unset FATHOM_PAINT_BROKEN
+expect "a picture that fails" '^failed picture: the picture is 0 x '
+expect "the panel without a picture" '^widget scene '
+expect "pictures again" '^mended$'
+settle
+[ "$(grep -c '^failed' "$log")" -lt 4 ] || bad "a picture that fails is told of $(grep -c '^failed' "$log") times"
+[ "$(value '^aim' 2)" = 1 ] || bad "nothing is ahead of pictures that are mended"
+end_program
+
+# A minimised benchmark ends too, and the table of one that cannot be written is told of before it begins.
+start_program --size 32 --pixels 4 --auto-edit 5 --seconds 5 --csv late.csv --backend "${APP_BACKEND:-vulkan}"
+xdotool windowminimize "$window"
+expect "minimising" '^hidden$'
+wait "$program" || bad "the minimised benchmark: $(cat "$work/said")"
+program=""
+[ -s "$work/late.csv" ] || bad "the minimised benchmark leaves no table"
+"$paint" --size 32 --auto-edit 5 --seconds 1000 --csv "$work/no/such/file.csv" >"$work/said" 2>&1 && bad "a table in no directory is taken"
+grep -q 'no/such/file.csv' "$work/said" || bad "a table in no directory: $(cat "$work/said")"
 
 # The benchmark in a window ends by itself.
 : >"$log"

@@ -78,16 +78,15 @@ start_program() {
     xdotool windowfocus --sync "$window"
 }
 
-# wait_line PATTERN [SECONDS]: until a line after the mark fits; `line` gets it. Fails when none comes.
+# wait_line PATTERN: until a line after the mark fits; `line` gets it. Fails when none comes.
 wait_line() {
     waited=0
-    seconds=${2:-$APP_TIMEOUT}
     until line=$(tail -n "+$((mark + 1))" "$log" | grep -m 1 -e "$1"); do
-        if [ $waited -ge $((seconds * 10)) ] || { [ -n "$program" ] && ! kill -0 "$program" 2>/dev/null; }; then
+        if [ $waited -ge $((APP_TIMEOUT * 20)) ] || { [ -n "$program" ] && ! kill -0 "$program" 2>/dev/null; }; then
             line=""
             return 1
         fi
-        sleep 0.1
+        sleep 0.05
         waited=$((waited + 1))
     done
 }
@@ -107,12 +106,14 @@ value() {
     grep -e "$1" "$log" | tail -n 1 | cut -d ' ' -f "$2"
 }
 
-# Until the panel rests.
+# Until some frames in a row have changed nothing, however long they take.
 settle() {
-    lines=-1
-    until [ "$lines" = "$(wc -l <"$log")" ]; do
-        lines=$(wc -l <"$log")
-        sleep 0.15
+    waited=0
+    until [ "$(tail -n 1 "$log")" = rest ]; do
+        [ $waited -lt $((APP_TIMEOUT * 20)) ] || give_up "the window does not come to rest"
+        kill -0 "$program" 2>/dev/null || give_up "the program has ended"
+        sleep 0.05
+        waited=$((waited + 1))
     done
 }
 
@@ -126,19 +127,22 @@ point() {
     xdotool mousemove --window "$window" $((($3 + $5) / 2)) $((($4 + $6) / 2))
 }
 
+# press NAME: a click, which the program has heard of when this returns. The mark is before it.
 press() {
     point "$1"
     now
     xdotool click 1
+    expect "a click on $1" '^release 0$'
 }
 
-# open_list NAME WORD: until the word shows. ImGui 1.86 loses a click that comes together with a change of what is under it, as it does
-# when a frame takes long.
+# open_list NAME WORD: until the word shows. A click that has opened nothing, as the window has come to rest, is done again: ImGui 1.86
+# loses one that comes together with a change of what is under it.
 open_list() {
     for try in 1 2 3 4 5 6; do
         press "$1"
-        wait_line "^widget $1/$2 " 20 && return
-        tail -n "+$((mark + 1))" "$log" | grep -q '^captured 1$' && xdotool key Escape
+        mark=$((mark + $(tail -n "+$((mark + 1))" "$log" | grep -n -m 1 '^release 0$' | cut -d : -f 1)))
+        expect "anything of $1" "^widget $1/$2 \\|^rest\$"
+        [ "$line" = rest ] || return 0
     done
     give_up "the list $1 does not open after $try clicks"
 }
@@ -154,7 +158,7 @@ choose() {
 # name_file NAME: types it into the panel.
 name_file() {
     press file
-    sleep 0.5
+    settle
     xdotool type --delay 50 "$1"
     expect "the file's name" "^settings .*file=$1\$"
 }
@@ -170,14 +174,12 @@ voxels() {
 
 # The window's picture must come to show something: picture NAME leaves it in $APP_PICTURES, where that is set.
 picture() {
-    colors=0
-    for try in 1 2 3 4 5 6 7 8 9 10; do
+    waited=0
+    until import -window "$window" "$work/$1.png" && [ "$(identify -format '%k' "$work/$1.png")" -gt 200 ]; do
+        [ $waited -lt "$APP_TIMEOUT" ] || give_up "the window does not come to show a picture: $1"
         sleep 0.5
-        import -window "$window" "$work/$1.png" || bad "no picture of the window: $1"
-        colors=$(identify -format '%k' "$work/$1.png")
-        [ "${colors:-0}" -le 200 ] || break
+        waited=$((waited + 1))
     done
-    [ "${colors:-0}" -gt 200 ] || bad "the window shows $colors colours after $try looks: $1"
     [ -z "${APP_PICTURES:-}" ] || cp "$work/$1.png" "$APP_PICTURES/"
 }
 

@@ -29,7 +29,7 @@ for scene in city sparse empty air terrain; do
     esac
 done
 for format in split-u8 split-u16 squared packed; do
-    choose field $format field
+    choose format $format format
 done
 
 # Algorithms, with the world in one piece and in chunks.
@@ -44,7 +44,7 @@ for border in halo exchange; do
     choose border $border border
 done
 for convergence in host device; do
-    choose converge $convergence convergence
+    choose convergence $convergence convergence
 done
 choose border padding border
 choose algorithm jfa-published algorithm
@@ -53,7 +53,7 @@ before=$mark
 choose border halo border
 mark=$before
 expect "the share of wrong pixels" '^wrong '
-sleep 1
+settle
 picture approximate
 choose border padding border
 choose algorithm selective algorithm
@@ -63,19 +63,19 @@ done
 choose algorithm exact algorithm
 
 # What cannot be is refused, and taken back.
-choose field squared field
+choose format squared format
 open_list algorithm fim
 press algorithm/fim
 expect "a field of squares by fim" '^failed algorithm: '
-choose field packed field
+choose format packed format
 
 # The picture.
 for march in box plain skip; do
     choose march $march march
 done
-for view in steps normal depth slice difference colour; do
+for view in steps normal distance slice difference color; do
     choose view $view view
-    [ -z "${APP_PICTURES:-}" ] || { sleep 1 && picture "view-$view"; }
+    [ -z "${APP_PICTURES:-}" ] || { settle && picture "view-$view"; }
 done
 for shadow in hard soft none; do
     choose shadow $shadow shadow
@@ -91,8 +91,8 @@ for check in occlusion preview vsync crosshair; do
     expect "$check again" "^settings .* $check=$was "
 done
 for color in red grey white; do
-    press colour/$color
-    [ $color = white ] || expect "the colour $color" "^settings .*colour=$color "
+    press color/$color
+    [ $color = white ] || expect "the color $color" "^settings .*color=$color "
 done
 press radius
 expect "the radius" '^settings .*radius='

@@ -44,7 +44,7 @@ void label(const char *text) {
     ImGui::AlignTextToFramePadding();
     ImGui::TextUnformatted(text);
     ImGui::SameLine();
-    ImGui::SetCursorPosX(left + ImGui::GetFontSize() * 5.2f);
+    ImGui::SetCursorPosX(left + ImGui::GetFontSize() * 6.0f);
     ImGui::SetNextItemWidth(-1);
 }
 
@@ -226,7 +226,7 @@ void show_memory(const readings *r) {
 }
 
 void show_colors(paint_settings *s) {
-    label("colour");
+    label("color");
     const float edge = ImGui::GetFrameHeight();
     for (int i = 0; i < PAINT_COLORS; i++) {
         const uint8_t c = paint_colors[i];
@@ -236,7 +236,7 @@ void show_colors(paint_settings *s) {
         if (ImGui::ColorButton(id, color, ImGuiColorEditFlags_NoTooltip, ImVec2(edge, edge))) {
             s->color = static_cast<uint32_t>(i);
         }
-        note_choice("colour", paint_color_words[i]);
+        note_choice("color", paint_color_words[i]);
         if (ImGui::IsItemHovered()) {
             ImGui::SetTooltip("%s", id);
         }
@@ -333,7 +333,7 @@ void show_method(paint_settings *s) {
         return;
     }
     ImGui::TableNextColumn();
-    choose_enum("field", fm_field_format_words, &s->format);
+    choose_enum("format", fm_field_format_words, &s->format);
     ImGui::TableNextColumn();
     ImGui::BeginDisabled(exact);
     choose_number("chunk", chunks, 7, "world", &m->chunk);
@@ -344,7 +344,7 @@ void show_method(paint_settings *s) {
     ImGui::EndDisabled();
     ImGui::TableNextColumn();
     ImGui::BeginDisabled(!iterates);
-    choose_enum("converge", fm_world_convergence_words, &m->convergence);
+    choose_enum("convergence", fm_world_convergence_words, &m->convergence);
     ImGui::EndDisabled();
     ImGui::TableNextColumn();
     ImGui::BeginDisabled(!selective);
@@ -368,14 +368,14 @@ void show_picture(paint_settings *s) {
     static const uint32_t scales[] = {1, 2, 4};
     if (begin_pair()) {
         ImGui::TableNextColumn();
-        choose_enum("march", paint_march_words, &s->march);
+        choose_enum("march", fm_march_words, &s->march);
         ImGui::TableNextColumn();
-        choose_enum("view", paint_view_words, &s->view);
+        choose_enum("view", fm_view_words, &s->view);
         if (s->view == FM_VIEW_SLICE) {
             show_slice(s);
         }
         ImGui::TableNextColumn();
-        choose_enum("shadow", paint_shadow_words, &s->shadow);
+        choose_enum("shadow", fm_shadow_words, &s->shadow);
         ImGui::TableNextColumn();
         choose_number("pixels", scales, 3, nullptr, &s->scale);
         ImGui::TableNextColumn();
@@ -402,7 +402,8 @@ void show_device(const readings *r) {
 }
 
 void show_numbers(const readings *r) {
-    ImGui::Text("%.1f frames/s   %.1f edits/s   %u x %u pixels", r->frames_per_second, r->edits_per_second, r->width, r->height);
+    const double frames = r->frame_mean_ms > 0 ? 1e3 / r->frame_mean_ms : 0;
+    ImGui::Text("%.1f frames/s   %.1f edits/s   %u x %u pixels", frames, r->edits_per_second, r->width, r->height);
     if (!r->may_be_wrong) {
         ImGui::TextColored(quiet, "the picture is exact: no distance is too great");
     } else if (r->wrong_share < 0) {
@@ -487,16 +488,20 @@ void show_line(const char *text, const ImVec4 &color, float left, int row) {
     list->AddText(ImGui::GetFont(), ImGui::GetFontSize(), at, ImGui::GetColorU32(color), text, nullptr, width);
 }
 
-void show_hints(const readings *r, float left) {
-    const ImVec4 white(1, 1, 1, 0.9f);
-    const double shown_for = r->failed ? 20 : 6;
-    if (r->message[0] && r->message_seconds < shown_for) {
-        show_line(r->message, r->failed ? failure : white, left, 2);
+const ImVec4 white(1, 1, 1, 0.9f);
+
+void show_message(const readings *r, float left) {
+    const message &m = r->news;
+    if (m.text[0] && r->message_seconds < (m.failed ? 20 : 6)) {
+        show_line(m.text, m.failed ? failure : white, left, 2);
     }
+}
+
+void show_hints(const readings *r, float left) {
     if (r->automatic) {
         show_line("benchmark: the camera and the edits follow a fixed script", white, left, 0);
     } else if (r->captured) {
-        show_line("W A S D, Space, Shift: fly   left: place   right: delete   wheel: radius   1-9: colour\n"
+        show_line("W A S D, Space, Shift: fly   left: place   right: delete   wheel: radius   1-9: color\n"
                   "Ctrl+Z, Ctrl+Y: undo, redo   Tab: free the cursor   F1: panel   F12: screenshot",
                   white, left, 0);
     } else {
@@ -599,12 +604,13 @@ gui_request gui_frame(bool visible, paint_settings *settings, const readings *sh
     if (settings->crosshair && !shown->automatic) {
         show_crosshair();
     }
+    const float right = visible ? show_panel(settings, shown, &request) : 0;
     if (visible) {
-        const float right = show_panel(settings, shown, &request);
         show_hints(shown, right);
     }
+    show_message(shown, right);
     ImGui::Render();
-    log_widgets_end();
+    log_frame_end();
     return request;
 }
 

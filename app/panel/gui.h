@@ -36,7 +36,7 @@ bool gui_upload_font(void *unused, VkCommandBuffer commands);
 void gui_font_uploaded(void);
 void gui_close(void);
 
-// Builds the panel of this frame, or with `visible` false only the hints; changes `settings` by what was chosen.
+// Builds the panel of this frame, or with `visible` false only messages; changes `settings` by what was chosen.
 gui_request gui_frame(bool visible, paint_settings *settings, const readings *shown);
 // Records it, in the render pass.
 void gui_draw(VkCommandBuffer commands);
