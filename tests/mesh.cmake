@@ -16,3 +16,7 @@ fathom_test(mesh_rtsdf mesh_rtsdf.c)
 fathom_test(mesh_rtsdf_flood mesh_rtsdf_flood.c)
 # Queries of the CPU and what a mesh is.
 fathom_test(mesh_query mesh_query.c)
+fathom_test(mesh_winding mesh_winding.c)
+if(NOT BUILD_SHARED_LIBS)
+    fathom_test(mesh_topology mesh_topology.c)
+endif()

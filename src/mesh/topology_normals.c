@@ -135,6 +135,15 @@ fm_result fm_pseudonormals_prepare(fm_mesh *mesh) {
     return FM_OK;
 }
 
+static void add_across(const fm_mesh *mesh, uint32_t triangle, int edge, double normal[3]) {
+    const uint32_t other = across_flat(mesh, triangle, edge);
+    if (other != FM_NO_TRIANGLE) {
+        double beside[3];
+        unit_normal(mesh, other, beside);
+        add_scaled(normal, beside, 1);
+    }
+}
+
 void fm_pseudonormal(const fm_mesh *mesh, uint32_t triangle, fm_feature feature, double normal[3]) {
     if (feature >= FM_FEATURE_CORNER_0) {
         const uint32_t vertex = mesh->triangles[triangle][feature - FM_FEATURE_CORNER_0];
@@ -143,11 +152,10 @@ void fm_pseudonormal(const fm_mesh *mesh, uint32_t triangle, fm_feature feature,
     }
     unit_normal(mesh, triangle, normal);
     if (feature >= FM_FEATURE_EDGE_0) {
-        const uint32_t other = across_flat(mesh, triangle, feature - FM_FEATURE_EDGE_0);
-        if (other != FM_NO_TRIANGLE) {
-            double beside[3];
-            unit_normal(mesh, other, beside);
-            add_scaled(normal, beside, 1);
+        const int edge = feature - FM_FEATURE_EDGE_0;
+        add_across(mesh, triangle, edge, normal);
+        if (is_flat(mesh, triangle)) {
+            add_across(mesh, triangle, longest_edge(mesh, triangle, edge), normal);
         }
     }
 }
