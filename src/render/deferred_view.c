@@ -59,9 +59,10 @@ void fm_deferred_camera(const fm_deferred *deferred, fm_deferred_picture *pictur
         set_past(&deferred->newest, scene);
     }
     if (desc->taa) {
-        const float x = (float)halton(desc->frame % 16 + 1, 2) - 0.5f, y = (float)halton(desc->frame % 16 + 1, 3) - 0.5f;
+        scene->shift[0] = (float)(halton(desc->frame % 16 + 1, 2) - 0.5);
+        scene->shift[1] = (float)(halton(desc->frame % 16 + 1, 3) - 0.5);
         for (int i = 0; i < 3; i++) {
-            scene->corner[i] += scene->right[i] * x + scene->down[i] * y;
+            scene->corner[i] += scene->right[i] * scene->shift[0] + scene->down[i] * scene->shift[1];
         }
     }
 }

@@ -93,7 +93,7 @@ static void resolve_rows(void *user, uint64_t begin, uint64_t end, uint32_t work
             const fm_v3 color = fm_resolved(j->scene, x, (int32_t)y, j->room->surfaces[at]);
             j->room->picture[at] = fm_pixel_bytes(color);
             memcpy(j->next_history + 4 * at, &color, sizeof color);
-            j->next_history[4 * at + 3] = j->room->surfaces[at].depth;
+            j->next_history[4 * at + 3] = 0;
         }
     }
 }

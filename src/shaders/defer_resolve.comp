@@ -11,6 +11,6 @@ void main() {
         fm_defer_surface surface = ref_surface(FM_GET(surfaces) + pixel_index(at) * 32).v;
         vec3 color = fm_resolved(FM_WITH, at.x, at.y, surface);
         ref_u32(FM_GET(picture) + pixel_index(at) * 4).v = fm_pixel_bytes(color);
-        ref_f32x4(FM_GET(next_history) + pixel_index(at) * 16).v = vec4(color, surface.depth);
+        ref_f32x4(FM_GET(next_history) + pixel_index(at) * 16).v = vec4(color, 0);
     }
 }

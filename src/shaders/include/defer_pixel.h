@@ -7,8 +7,13 @@
 
 #include "defer_rule.h"
 
+// Along pixel (x, y), which need not be whole.
+FM_DEFER fm_v3 fm_place_ray(FM_SCENE, fm_float x, fm_float y) {
+    return fm_add(fm_add(FM_V3_FROM(corner), fm_times(FM_V3_FROM(right), x)), fm_times(FM_V3_FROM(down), y));
+}
+
 FM_DEFER fm_v3 fm_pixel_ray(FM_SCENE, fm_int x, fm_int y) {
-    return fm_add(fm_add(FM_V3_FROM(corner), fm_times(FM_V3_FROM(right), FM_F(x))), fm_times(FM_V3_FROM(down), FM_F(y)));
+    return fm_place_ray(FM_WITH, FM_F(x), FM_F(y));
 }
 
 FM_DEFER fm_defer_surface fm_surface_pixel(FM_SCENE, fm_int x, fm_int y, fm_int kind) {
@@ -133,7 +138,7 @@ FM_DEFER fm_lit fm_light_pixel(FM_SCENE, fm_int x, fm_int y, fm_defer_surface s,
 
 FM_PUSH_STRUCT(fm_past) {
     fm_float color[3];
-    fm_float depth;  // below 0: none
+    fm_uint there;  // 0: the place was out of sight
 };
 
 FM_DEFER fm_v3 fm_light_at(FM_SCENE, fm_int x, fm_int y) {
@@ -142,18 +147,15 @@ FM_DEFER fm_v3 fm_light_at(FM_SCENE, fm_int x, fm_int y) {
     return fm_v3_of(FM_LIGHT(at), FM_LIGHT(at + 1), FM_LIGHT(at + 2));
 }
 
-// What the picture before shows of a place: the four pixels around where it was, unless one of them shows something else.
-FM_DEFER fm_past fm_past_of(FM_SCENE, fm_v3 at) {
+// What the picture before showed `way` from the camera now: between the four pixels around.
+FM_DEFER fm_past fm_past_of(FM_SCENE, fm_v3 way) {
     fm_past past;
-    past.depth = -1;
-    fm_v3 from = fm_less(at, FM_V3_FROM(old_origin));
-    fm_float along = fm_dot(from, FM_V3_FROM(old_forward)), depth = FM_SQRT(fm_dot(from, from));
-    if (!(along > 0)) {
-        return past;
-    }
+    past.there = 0u;
+    fm_v3 from = fm_less(fm_add(way, FM_V3_FROM(origin)), FM_V3_FROM(old_origin));
+    fm_float along = fm_dot(from, FM_V3_FROM(old_forward));
     fm_float x = FM_GET(old_middle)[0] + fm_dot(from, FM_V3_FROM(old_right)) / along;
     fm_float y = FM_GET(old_middle)[1] + fm_dot(from, FM_V3_FROM(old_down)) / along;
-    if (!(x >= 0 && y >= 0 && x <= FM_F(FM_GET(width) - 1) && y <= FM_F(FM_GET(height) - 1))) {
+    if (!(along > 0 && x >= 0 && y >= 0 && x <= FM_F(FM_GET(width) - 1) && y <= FM_F(FM_GET(height) - 1))) {
         return past;
     }
     fm_int bx = FM_LEAST(FM_I(x), FM_MOST(FM_GET(width) - 2, 0)), by = FM_LEAST(FM_I(y), FM_MOST(FM_GET(height) - 2, 0));
@@ -162,12 +164,9 @@ FM_DEFER fm_past fm_past_of(FM_SCENE, fm_v3 at) {
         fm_int px = FM_LEAST(bx + (i & 1), FM_GET(width) - 1), py = FM_LEAST(by + (i >> 1), FM_GET(height) - 1);
         fm_float wx = (i & 1) == 1 ? x - FM_F(bx) : 1 - x + FM_F(bx), wy = (i >> 1) == 1 ? y - FM_F(by) : 1 - y + FM_F(by);
         uint64_t place = 4 * (FM_LONG(py) * FM_LONG(FM_GET(width)) + FM_LONG(px));
-        if (!(FM_SIZE_OF(FM_PAST(place + 3) - depth) <= 0.05f * depth)) {
-            return past;
-        }
         sum = fm_add(sum, fm_times(fm_v3_of(FM_PAST(place), FM_PAST(place + 1), FM_PAST(place + 2)), wx * wy));
     }
-    past.depth = depth;
+    past.there = 1u;
     past.color[0] = sum.x;
     past.color[1] = sum.y;
     past.color[2] = sum.z;
@@ -178,11 +177,13 @@ FM_DEFER fm_past fm_past_of(FM_SCENE, fm_v3 at) {
 // light has changed. Source: Karis 2014, "High-quality temporal supersampling".
 FM_DEFER fm_v3 fm_resolved(FM_SCENE, fm_int x, fm_int y, fm_defer_surface s) {
     fm_v3 now = fm_light_at(FM_WITH, x, y);
-    if (FM_GET(blend) == 0u || !(s.depth < FM_INFINITY_F)) {
+    if (FM_GET(blend) == 0u) {
         return now;
     }
-    fm_past past = fm_past_of(FM_WITH, fm_v3_of(s.at[0], s.at[1], s.at[2]));
-    if (past.depth < 0) {
+    // The pixel's middle, not the place in it that this picture looks at, is what stays where it is; the sky is far away.
+    fm_v3 way = fm_unit(fm_place_ray(FM_WITH, FM_F(x) - FM_GET(shift)[0], FM_F(y) - FM_GET(shift)[1]));
+    fm_past past = fm_past_of(FM_WITH, fm_times(way, FM_MIN(s.depth, 1e12f)));
+    if (past.there == 0u) {
         return now;
     }
     fm_v3 low = now, high = now;

@@ -423,23 +423,34 @@ FM_DEFER fm_share fm_published_share(FM_SCENE, fm_v3 at, fm_v3 normal, fm_lit_fr
 }
 
 // FM_SHADOWS_FIELD, for the cone of `spread` around `way`. Outside of the cone the field says how far the ray may go before it can
-// cut the cone again; where it does, samples lie as close as the cone is wide.
+// cut the cone again; where it does, samples lie as close as the cone is wide. Where the ray is outside, the edge of what it passes
+// lies where distance and cone are in the least proportion (the cone that just touches it); where it is inside, at its deepest.
 FM_DEFER fm_share fm_cone_share(FM_SCENE, fm_v3 at, fm_v3 normal, fm_v3 way, fm_float far, fm_float spread) {
     fm_float voxel = FM_GET(voxel);
-    fm_v3 origin = fm_add(at, fm_times(normal, voxel));
+    fm_v3 origin = fm_add(at, fm_times(normal, FM_CONE_LIFT * voxel));
     fm_span span = fm_box_span(FM_WITH, origin, way, 0.0f, far);
-    fm_float time = span.first + voxel, least = 1;
+    fm_float time = span.first + voxel, least = 1, deepest = 0, deepest_edge = 0;
     fm_share result;
     result.reads = 0u;
-    while (time < span.last && least > -1 && result.reads < FM_SOFT_READS) {
+    while (time < span.last && result.reads < FM_SOFT_READS) {
         fm_float distance = fm_field_at(FM_WITH, fm_add(origin, fm_times(way, time)));
         fm_float radius = FM_MAX(spread * time, 1e-3f * voxel);
         result.reads++;
-        least = FM_MIN(least, distance / radius);
-        fm_float free = (distance - radius) / (1 + spread);
+        if (distance < deepest) {
+            deepest = distance;
+            deepest_edge = distance / radius;
+        } else if (deepest < 0) {
+            least = FM_MIN(least, deepest_edge);
+            deepest = distance < 0 ? deepest : 0.0f;
+        }
+        least = FM_MIN(least, FM_MAX(distance, 0.0f) / radius);
+        if (least <= -1) {
+            break;
+        }
+        fm_float free = distance < 0 ? -0.5f * distance : (distance - radius) / (1 + spread);
         time += FM_MAX(free, FM_MAX(0.5f * voxel, 0.25f * radius));
     }
-    result.share = fm_disc_share(least);
+    result.share = fm_disc_share(FM_MIN(least, deepest < 0 ? deepest_edge : 1.0f));
     return result;
 }
 
@@ -471,9 +482,9 @@ FM_DEFER fm_float fm_map_moment(FM_SCENE, fm_int cascade, fm_float x, fm_float y
     uint64_t first = FM_LONG(cascade) * FM_LONG(edge) * FM_LONG(edge), width = FM_LONG(edge);
     uint64_t m = FM_LONG(moment);
     fm_float above = fm_lerp(FM_MOMENT((first + FM_LONG(by) * width + FM_LONG(bx)) * FM_MAP_FLOATS + m),
-                            FM_MOMENT((first + FM_LONG(by) * width + FM_LONG(nx)) * FM_MAP_FLOATS + m), px - FM_F(bx));
+                             FM_MOMENT((first + FM_LONG(by) * width + FM_LONG(nx)) * FM_MAP_FLOATS + m), px - FM_F(bx));
     fm_float below = fm_lerp(FM_MOMENT((first + FM_LONG(ny) * width + FM_LONG(bx)) * FM_MAP_FLOATS + m),
-                            FM_MOMENT((first + FM_LONG(ny) * width + FM_LONG(nx)) * FM_MAP_FLOATS + m), px - FM_F(bx));
+                             FM_MOMENT((first + FM_LONG(ny) * width + FM_LONG(nx)) * FM_MAP_FLOATS + m), px - FM_F(bx));
     return fm_lerp(above, below, py - FM_F(by));
 }
 

@@ -28,6 +28,8 @@
 
 // How far a field's cone is followed at most, in reads.
 #define FM_SOFT_READS 192
+// ... and how far above the surface it begins, in voxels: above what the field errs by there.
+#define FM_CONE_LIFT 0.1f
 #define FM_SURFACE_READS 2048
 
 // Exponents of the two warps of depth; a float's square holds e^(2 * 40).
@@ -66,7 +68,7 @@ FM_PUSH_STRUCT(fm_defer_scene) {
     fm_address field;
     fm_address surfaces;  // fm_defer_surface of each pixel
     fm_address light;     // four floats of each: linear colour, share of the first light
-    fm_address history;   // four floats of each: linear colour, depth; of the picture before
+    fm_address history;   // four floats of each: linear colour and nothing; of the picture before
     fm_address next_history;
     fm_address picture;
     fm_address map;      // moments of all cascades
@@ -80,6 +82,7 @@ FM_PUSH_STRUCT(fm_defer_scene) {
     fm_float old_right[3];    // a pixel's edge at distance 1 is 1 / length
     fm_float old_down[3];
     fm_float old_middle[2];  // the pixel that old_forward goes through
+    fm_float shift[2];       // of this picture's rays, in pixels; `corner` has it already
     fm_int width, height;
     fm_int shape[3];  // of the field
     fm_float field_origin[3];
