@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: MIT
 # shellcheck shell=sh
-# What script/demo and script/test share: the Debian packages, and how to get those that are missing. Sourced, never run.
+# What the scripts share: the Debian packages, and how to get those that are missing. Sourced, never run.
 
-# To build and run everything but the tests. mesa-vulkan-drivers brings the software driver along.
+# To build and run the library and the program. mesa-vulkan-drivers brings the software driver along.
 FATHOM_BUILD_PACKAGES="gcc libc6-dev cmake ninja-build pkg-config zlib1g-dev libpng-dev libnifti-dev libteem-dev libargtable2-dev
-libcjson-dev libvulkan-dev glslc mesa-vulkan-drivers g++ libglfw3-dev libimgui-dev"
+libcjson-dev libvulkan-dev glslc mesa-vulkan-drivers"
 
-# To run the tests, sanitizers and fuzzers too.
+# To build and run the painting program too.
+FATHOM_APP_PACKAGES="g++ libglfw3-dev libimgui-dev fonts-dejavu-core"
+
+# To run the tests, sanitizers and fuzzers too: these, and those of the painting program.
 FATHOM_TEST_PACKAGES="vulkan-validationlayers clang libclang-rt-dev python3-minimal xvfb xdotool openbox imagemagick"
 
 fail() {

@@ -7,7 +7,7 @@
 #   run.sh pkg-config BUILD PREFIX     ... by pkg-config, static or shared as PREFIX is
 #   run.sh readme BUILD PREFIX         builds and runs the C program that README.md prints, with the command that it prints
 #   run.sh symbols BUILD PREFIX        the library defines no name but fm_*, for a program may have any other
-#   run.sh program BUILD PREFIX        runs the installed command-line program
+#   run.sh program BUILD PREFIX        runs the installed command-line program, and the painting program where BUILD has it
 set -eu
 step=$1
 build=$2
@@ -38,7 +38,7 @@ install)
         source=$work/build
         cmake -S . -B "$source" -G Ninja -DBUILD_SHARED_LIBS=$shared -DFATHOM_TESTS=OFF -DCMAKE_C_COMPILER="$CC" \
             -DCMAKE_BUILD_TYPE="$(cached CMAKE_BUILD_TYPE)" -DFATHOM_VULKAN="$(cached FATHOM_VULKAN)" \
-            -DFATHOM_CLI="$(cached FATHOM_CLI)" -DFATHOM_WERROR="$(cached FATHOM_WERROR)"
+            -DFATHOM_CLI="$(cached FATHOM_CLI)" -DFATHOM_APP="$(cached FATHOM_APP)" -DFATHOM_WERROR="$(cached FATHOM_WERROR)"
         cmake --build "$source" -j 2
     fi
     # Moved once it is installed: nothing in it may hold the place that it was installed to.
@@ -99,6 +99,12 @@ program)
     unset LD_LIBRARY_PATH
     "$prefix/bin/fathom" version
     "$prefix/bin/fathom" devices
+    if [ -e "$build/fathom-paint" ]; then
+        # Found beside the program, and needs no window system.
+        "$prefix/bin/fathom" paint --headless --backend cpu --size 16 --window 64x64 --auto-edit 1 --interval 0 --frames 2 \
+            --csv "$work/frames.csv"
+        [ "$(wc -l <"$work/frames.csv")" = 3 ]
+    fi
     ;;
 *)
     echo "run.sh: no such step: $step" >&2
