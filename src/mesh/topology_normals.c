@@ -36,8 +36,10 @@ static void unit_normal(const fm_mesh *mesh, uint32_t triangle, double normal[3]
     normal[0] = ab[1] * bc[2] - ab[2] * bc[1];
     normal[1] = ab[2] * bc[0] - ab[0] * bc[2];
     normal[2] = ab[0] * bc[1] - ab[1] * bc[0];
-    const double length = sqrt(dot(normal, normal));
-    const double scale = length > 0 && !is_flat(mesh, triangle) ? 1 / length : 0;
+    const double length2 = dot(normal, normal);
+    // Rounding alone makes no normal as long as this.
+    const bool upright = length2 > 1e-24 * dot(ab, ab) * dot(bc, bc) || (length2 > 0 && !is_flat(mesh, triangle));
+    const double scale = upright ? 1 / sqrt(length2) : 0;
     for (int axis = 0; axis < 3; axis++) {
         normal[axis] *= scale;
     }

@@ -2,8 +2,9 @@
 #include "mesh/triangle.h"
 
 // Everything is relative to the query point, so that a mesh far from the origin loses nothing; differences of floats, their
-// products and sums of those are exact enough in doubles for slivers too. The nearest of three segments and, where the point lies
-// above the triangle, its foot: a triangle without area needs no case of its own.
+// products and sums of those are exact enough in doubles for slivers too. Where the point lies above the triangle its foot is the
+// nearest; elsewhere, and where a sliver's normal may be off, the nearest of three segments as well. A triangle without area needs
+// no case of its own.
 
 static double dot(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -18,7 +19,11 @@ static void cross(const double a[3], const double b[3], double c[3]) {
 static void keep_nearer(fm_point_on_triangle *best, const double offset[3], fm_feature feature) {
     const double distance2 = dot(offset, offset);
     if (distance2 < best->distance2) {
-        *best = (fm_point_on_triangle){distance2, {offset[0], offset[1], offset[2]}, feature};
+        best->distance2 = distance2;
+        best->feature = feature;
+        for (int axis = 0; axis < 3; axis++) {
+            best->offset[axis] = offset[axis];
+        }
     }
 }
 
@@ -32,23 +37,24 @@ static void segment_nearest(const double a[3], const double edge[3], int number,
                          : (fm_feature)(FM_FEATURE_EDGE_0 + number));
 }
 
-// The foot on the plane, if it lies within the triangle.
-static void face_nearest(double corners[3][3], double edges[3][3], fm_point_on_triangle *best) {
+// The foot on the plane, if it lies within the triangle; true when nothing else can be nearer.
+static bool face_nearest(double corners[3][3], double edges[3][3], fm_point_on_triangle *best) {
     double normal[3], side[3];
     cross(edges[0], edges[1], normal);
     const double length2 = dot(normal, normal);
     if (!(length2 > 0)) {
-        return;
+        return false;
     }
     for (int i = 0; i < 3; i++) {
         cross(corners[i], edges[i], side);
         if (dot(side, normal) <= 0) {
-            return;
+            return false;
         }
     }
     const double height = dot(corners[0], normal) / length2;
     const double offset[3] = {height * normal[0], height * normal[1], height * normal[2]};
     keep_nearer(best, offset, FM_FEATURE_FACE);
+    return length2 > 1e-20 * dot(edges[0], edges[0]) * dot(edges[1], edges[1]);
 }
 
 fm_point_on_triangle fm_point_nearest(const float *const corners[3], const float position[3]) {
@@ -60,10 +66,11 @@ fm_point_on_triangle fm_point_nearest(const float *const corners[3], const float
         }
     }
     fm_point_on_triangle best = {.distance2 = INFINITY};
-    for (int i = 0; i < 3; i++) {
-        segment_nearest(relative[i], edges[i], i, &best);
+    if (!face_nearest(relative, edges, &best)) {
+        for (int i = 0; i < 3; i++) {
+            segment_nearest(relative[i], edges[i], i, &best);
+        }
     }
-    face_nearest(relative, edges, &best);
     return best;
 }
 
