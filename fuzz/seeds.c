@@ -2,7 +2,7 @@
 
 // Writes small valid files, a folder for each fuzz target, for the fuzzers to start from: `fuzz_seeds DIRECTORY`.
 
-#include "fathom/io.h"
+#include "fathom/mesh_io.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -86,6 +86,67 @@ static bool write_vxl(const char *directory) {
     return write_bytes(folder, "map.vxl", map, sizeof map);
 }
 
+static bool write_texts_of_meshes(const char *directory) {
+    static const char ply[] =
+        "ply\nformat ascii 1.0\ncomment a\nelement vertex 4\nproperty float x\nproperty double z\nproperty list "
+        "uchar int junk\nproperty int16 y\nelement face 2\nproperty uchar red\nproperty list uchar int "
+        "vertex_indices\nend_header\n0 0 0 0\n1 0 1 7 0\n0 0.5 0 1\n0 -1e3 2 7 8 .5\n9 4 0 1 2 3\n9 3 0 2 1\n";
+    static const char strips[] =
+        "ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty uchar x\nproperty uchar y\nproperty "
+        "uchar z\nelement tristrips 1\nproperty list uchar char vertex_indices\nend_header\n"
+        "\0\0\0\1\0\0\0\1\0\7\0\1\2\xff\0\2\1";
+    static const char obj[] = "# a\r\nv 0 0 0\nv 1 0 0 1\nv 0 1.5e-1 -.25\nvt 0 0\nvn 0 0 1\no b\ng c\nusemtl d\ns off\nf 1 2 3\n"
+                              "f -1/1/1 -2/1/1 \\\n -3/1/1\nf 1//1 3//1 2//1\nf 1/1 2/1 3/1 1/1\nl 1 2\n";
+    static const char stl[] =
+        "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1e0 0\nendloop\nendfacet\n"
+        "endsolid a\n";
+    static const char gltf[] =
+        "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"children\":[1],\"matrix\":[1,0,0,"
+        "0,0,1,0,"
+        "0,0,0,1,0,1,2,3,1]},{\"mesh\":0,\"rotation\":[0,0,1,0],\"scale\":[-1,1,1],\"translation\":[0,0,1]}],\"meshes\":[{"
+        "\"primitives\":"
+        "[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"mode\":5},{\"attributes\":{\"POSITION\":2}}]}],\"accessors\":[{"
+        "\"bufferView\":0,"
+        "\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},{\"bufferView\":1,\"componentType\":5121,\"count\":4,\"type\":"
+        "\"SCALAR\"},"
+        "{\"componentType\":5120,\"count\":3,\"type\":\"VEC3\",\"normalized\":true,\"sparse\":{\"count\":1,\"indices\":{"
+        "\"bufferView\":1,"
+        "\"componentType\":5121},\"values\":{\"bufferView\":1}}}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36},{\"buffer\":0,"
+        "\"byteOffset\":36,\"byteLength\":4}],\"buffers\":[{\"byteLength\":40,\"uri\":\"data:application/octet-stream;base64,"
+        "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAECAA==\"}]}";
+    static const char glb[] =
+        "glTF\2\0\0\0\0\0\0\0\x08\1\0\0JSON{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"mesh\":0}],\"meshes\":[{"
+        "\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}],\"accessors\":[{\"bufferView\":0,\"componentType\":5121,"
+        "\"count\":3,\"type\":\"VEC3\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":9}],\"buffers\":[{"
+        "\"byteLength\":9}]}         \x0c\0\0\0BIN\0\0\0\0\1\0\0\0\1\0\0\0\0";
+    char folder[4][1024];
+    static const char *const names[] = {"ply", "obj", "stl", "gltf"};
+    for (int i = 0; i < 4; i++) {
+        snprintf(folder[i], sizeof folder[i], "%s/%s", directory, names[i]);
+    }
+    return WRITE(folder[0], "text.ply", ply) && WRITE(folder[0], "strips.ply", strips) && WRITE(folder[1], "all.obj", obj) &&
+           WRITE(folder[2], "text.stl", stl) && WRITE(folder[3], "scene.gltf", gltf) && WRITE(folder[3], "scene.glb", glb);
+}
+
+static bool write_meshes(const char *directory) {
+    static const float vertices[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    static const uint32_t triangles[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    static const char *const names[] = {"ply/a.ply", "ply/a.ply.gz", "obj/a.obj", "stl/a.stl", "stl/a.stl.gz"};
+    const fm_context_desc cpu = {.backend = FM_BACKEND_CPU, .threads = 1};
+    const fm_mesh_desc desc = {vertices, 4, triangles, 4};
+    fm_context *context = NULL;
+    fm_mesh *mesh = NULL;
+    bool good = fm_context_create(&cpu, &context) == FM_OK && fm_mesh_create(context, &desc, &mesh) == FM_OK;
+    for (int i = 0; good && i < 5; i++) {
+        char path[1024];
+        snprintf(path, sizeof path, "%s/%s", directory, names[i]);
+        good = fm_mesh_write(mesh, path, NULL) == FM_OK;
+    }
+    fm_mesh_destroy(mesh);
+    fm_context_destroy(context);
+    return good && write_texts_of_meshes(directory);
+}
+
 int main(int argc, char **argv) {
     if (argc != 2) {
         fprintf(stderr, "usage: %s DIRECTORY\n", argv[0]);
@@ -95,7 +156,7 @@ int main(int argc, char **argv) {
     bool good = write_volume(d, "npy", "a.npy", FM_TYPE_F32, false) && write_volume(d, "npy", "a.npy.gz", FM_TYPE_U16, false) &&
                 write_volume(d, "nrrd", "a.nrrd", FM_TYPE_U8, false) && write_volume(d, "nrrd", "b.nrrd", FM_TYPE_I16, true) &&
                 write_volume(d, "nifti", "a.nii", FM_TYPE_I16, false) && write_volume(d, "nifti", "a.nii.gz", FM_TYPE_F64, false) &&
-                write_volume(d, "vox", "a.vox", FM_TYPE_U8, false) && write_handmade(d) && write_vxl(d);
+                write_volume(d, "vox", "a.vox", FM_TYPE_U8, false) && write_handmade(d) && write_vxl(d) && write_meshes(d);
     if (!good) {
         fprintf(stderr, "%s: %s\n", argv[1], fm_last_error());
     }
