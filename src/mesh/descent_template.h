@@ -505,7 +505,7 @@ static void descend_spheres(const fm_descent *job, fm_descent_worker *own, const
 
 static cube cube_of(uint64_t code, int level) {
     cube whole = {{0, 0, 0}, level};
-    for (int bit = 0; bit < DESCENT_LEVELS; bit++) {
+    for (int bit = 0; code >> 3 * bit != 0; bit++) {
         for (int axis = 0; axis < 3; axis++) {
             whole.low[axis] |= (uint32_t)(code >> (3 * bit + axis) & 1) << (bit + level);
         }
