@@ -117,22 +117,21 @@ settle() {
     done
 }
 
-# point NAME: the mouse to the middle of a part of the panel. It must be there.
-point() {
+# press NAME: a click on the middle of a part of the panel, which must be there. The program has heard of it when this returns; the mark
+# is before it.
+press() {
     settle
     place=$(grep -e "^widget $1 " "$log" | tail -n 1)
     [ -n "$place" ] || give_up "the panel has no $1"
-    # shellcheck disable=SC2086
-    set -- $place
-    xdotool mousemove --window "$window" $((($3 + $5) / 2)) $((($4 + $6) / 2))
+    now
+    # shellcheck disable=SC2046,SC2086
+    xdotool mousemove --window "$window" $(middle_of $place) click 1
+    expect "a click on $1" '^release 0$'
 }
 
-# press NAME: a click, which the program has heard of when this returns. The mark is before it.
-press() {
-    point "$1"
-    now
-    xdotool click 1
-    expect "a click on $1" '^release 0$'
+# middle_of widget NAME X0 Y0 X1 Y1
+middle_of() {
+    echo $((($3 + $5) / 2)) $((($4 + $6) / 2))
 }
 
 # open_list NAME WORD: until the word shows. A click that has opened nothing, as the window has come to rest, is done again: ImGui 1.86

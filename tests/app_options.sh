@@ -5,7 +5,7 @@
 . "$(dirname "$0")/app_common.sh"
 
 open_screen
-start_program --validation --scene terrain --size 64 --pixels 4 --window 1100x820 --backend "${APP_BACKEND:-vulkan}"
+start_program --validation --scene terrain --size 64 --pixels 4 --window 640x820 --backend "${APP_BACKEND:-vulkan}"
 voxels made
 picture options
 first_hash=$hash
@@ -107,7 +107,7 @@ program=""
 grep -q '^quit validation 0$' "$log" || bad "validation messages: $(grep -m 3 validation "$work/said")"
 
 # A slice that the world has across one axis and not across another.
-start_program --validation --size 96,96,24 --view slice --pixels 4 --window 1100x820 --backend "${APP_BACKEND:-vulkan}"
+start_program --validation --size 96,96,24 --view slice --pixels 4 --window 640x820 --backend "${APP_BACKEND:-vulkan}"
 voxels made
 choose across x across
 press slice
