@@ -133,7 +133,7 @@ static void flood_all(frame_job *job) {
 static float coarse_row(const fm_rtsdf *rtsdf, fm_between x, int y, int z) {
     const fm_shape shape = rtsdf->coarse->desc.shape;
     const float *row = (const float *)rtsdf->coarse->data + ((uint64_t)z * shape.y + (uint64_t)y) * shape.x;
-    return fm_mix(row[x.first], row[x.second], x.weight);
+    return fm_coarse_mix(row[x.first], row[x.second], x.weight);
 }
 
 static float coarse_at(const fm_rtsdf *rtsdf, int x, int y, int z) {
@@ -141,11 +141,11 @@ static float coarse_at(const fm_rtsdf *rtsdf, int x, int y, int z) {
     const fm_between along_x = fm_coarse_of(x, (int)shape.x);
     const fm_between along_y = fm_coarse_of(y, (int)shape.y);
     const fm_between along_z = fm_coarse_of(z, (int)shape.z);
-    const float near = fm_mix(coarse_row(rtsdf, along_x, along_y.first, along_z.first),
-                              coarse_row(rtsdf, along_x, along_y.second, along_z.first), along_y.weight);
-    const float far = fm_mix(coarse_row(rtsdf, along_x, along_y.first, along_z.second),
-                             coarse_row(rtsdf, along_x, along_y.second, along_z.second), along_y.weight);
-    return fm_mix(near, far, along_z.weight);
+    const float near = fm_coarse_mix(coarse_row(rtsdf, along_x, along_y.first, along_z.first),
+                                     coarse_row(rtsdf, along_x, along_y.second, along_z.first), along_y.weight);
+    const float far = fm_coarse_mix(coarse_row(rtsdf, along_x, along_y.first, along_z.second),
+                                    coarse_row(rtsdf, along_x, along_y.second, along_z.second), along_y.weight);
+    return fm_coarse_mix(near, far, along_z.weight);
 }
 
 static fm_ray_hits shoot(const frame_job *job, const int at[3]) {

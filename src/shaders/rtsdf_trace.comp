@@ -19,16 +19,16 @@ float coarse(int x, int y, int z) {
 }
 
 float coarse_row(fm_between x, int y, int z) {
-    return fm_mix(coarse(x.first, y, z), coarse(x.second, y, z), x.weight);
+    return fm_coarse_mix(coarse(x.first, y, z), coarse(x.second, y, z), x.weight);
 }
 
 float coarse_at(ivec3 at) {
     const fm_between x = fm_coarse_of(at.x, push.shape[0]);
     const fm_between y = fm_coarse_of(at.y, push.shape[1]);
     const fm_between z = fm_coarse_of(at.z, push.shape[2]);
-    const float near = fm_mix(coarse_row(x, y.first, z.first), coarse_row(x, y.second, z.first), y.weight);
-    const float far = fm_mix(coarse_row(x, y.first, z.second), coarse_row(x, y.second, z.second), y.weight);
-    return fm_mix(near, far, z.weight);
+    const float near = fm_coarse_mix(coarse_row(x, y.first, z.first), coarse_row(x, y.second, z.first), y.weight);
+    const float far = fm_coarse_mix(coarse_row(x, y.first, z.second), coarse_row(x, y.second, z.second), y.weight);
+    return fm_coarse_mix(near, far, z.weight);
 }
 
 fm_ray_hits shoot(ivec3 at) {

@@ -112,7 +112,7 @@ FM_RULE fm_between fm_coarse_of(int fine, int n) {
     return between;
 }
 
-FM_RULE float fm_mix(float a, float b, float weight) {
+FM_RULE float fm_coarse_mix(float a, float b, float weight) {
     FM_PRECISE float mixed = a * (1.0f - weight) + b * weight;
     return mixed;
 }
