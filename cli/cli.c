@@ -240,6 +240,7 @@ const char *const cli_format_words[] = {
     [FM_FORMAT_OCTOMAP] = "octomap",
     [FM_FORMAT_3DMAP] = "3dmap",
     [FM_FORMAT_VXL] = "vxl",
+    [FM_FORMAT_NANOVDB] = "nanovdb",
     NULL,
 };
 

@@ -4,8 +4,11 @@
 #include "cli.h"
 #include "commands.h"
 #include "files.h"
+#include "mesh_info.h"
 #include "report.h"
 #include "stats.h"
+
+#include "fathom/mesh_io.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -139,8 +142,8 @@ static int describe(const char *path, const fm_read_desc *desc, bool wants_stats
 }
 
 int command_info(int argc, char **argv) {
-    static const cli_help help = {"info", "Describes a file from its header.",
-                                  "fathom info scan.nii.gz\nfathom info scene.vox --json\n"
+    static const cli_help help = {"info", "Describes a file: a volume from its header, a mesh from its triangles.",
+                                  "fathom info scan.nii.gz\nfathom info scene.vox --json\nfathom info bunny.ply\n"
                                   "fathom info labels.npy --stats\n"
                                   "fathom info dump.bin --shape 64,64,32 --input-type u16\n"};
     cli_args args = {0};
@@ -154,8 +157,13 @@ int command_info(int argc, char **argv) {
     int status;
     if (cli_parse(&args, &help, argc, argv, &status)) {
         fm_read_desc desc;
-        status =
-            files_input_desc(&input, &desc) ? describe(path->sval[0], &desc, wants_stats->count > 0, json->count > 0) : CLI_USAGE;
+        if (!files_input_desc(&input, &desc)) {
+            status = CLI_USAGE;
+        } else if (desc.format == FM_FORMAT_AUTO && fm_mesh_format_of(path->sval[0]) != FM_MESH_FORMAT_AUTO) {
+            status = mesh_info(path->sval[0], json->count > 0);
+        } else {
+            status = describe(path->sval[0], &desc, wants_stats->count > 0, json->count > 0);
+        }
     }
     cli_free(&args);
     return status;

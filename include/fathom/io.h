@@ -25,6 +25,7 @@ typedef enum fm_format {
     FM_FORMAT_OCTOMAP,   // OctoMap binary tree .bt: read
     FM_FORMAT_3DMAP,     // text map of the 3D voxel benchmarks for path finding, .3dmap: read
     FM_FORMAT_VXL,       // Ace of Spades map .vxl of 512 x 512 x 64, known by its name only: read
+    FM_FORMAT_NANOVDB,   // NanoVDB grid .nvdb of the sparse band of a distance field: write
 } fm_format;
 
 // Name as people write it ("npy", "raw", "NRRD"). Never NULL. Thread-safe.
@@ -121,6 +122,9 @@ typedef struct fm_write_desc {
     // The file appears when this is committed. NULL: at the end of the call. What goes straight to a device, a pipe or standard
     // output is there at once in any case.
     fm_file_batch *batch;
+    // .nvdb: voxels of a distance below this, in world units, are kept; the others become background of this distance and their
+    // sign. 0: the greatest finite distance of the volume, which for a field of a band is the band's width.
+    double band;
     fm_progress_fn progress;
     void *progress_user;
 } fm_write_desc;
@@ -138,10 +142,12 @@ typedef struct fm_write_desc {
 //     spacing SX SY SZ
 //     origin OX OY OZ
 // .nhdr is written with its data in NAME.raw or NAME.raw.gz. FM_TYPE_BITS is written as one byte a voxel, except to raw files.
-// Spacing and origin are kept by NRRD, NIfTI (in 32-bit floats) and raw with its sidecar, the palette by .vox.
+// Spacing and origin are kept by NRRD, NIfTI (in 32-bit floats), raw with its sidecar and NanoVDB, the palette by .vox. NanoVDB
+// files take F32 without NaN; they hold one grid "distance", a level set when any distance is negative, not compressed (`compress`
+// gzips the whole file, which other programs do not expect), in the layout of version 32.
 //
 // Errors: FM_ERROR_IO, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_UNSUPPORTED when the format cannot hold the volume (.vox takes U8 and
-// BITS, NIfTI axes up to 32,767) or is one that Fathom only reads. Thread safety: as the volume's context.
+// BITS, NIfTI axes up to 32,767, NanoVDB F32) or is one that Fathom only reads. Thread safety: as the volume's context.
 FM_API fm_result fm_file_write(const char *path, const fm_volume *volume, const fm_write_desc *desc);
 
 // Removes the temporary files of all writes in flight in this process. Safe to call from a signal handler; the process is

@@ -10,7 +10,7 @@
 
 static const fm_codec *const codecs[] = {
     &fm_codec_npy,    &fm_codec_raw,     &fm_codec_nrrd,     &fm_codec_nifti, &fm_codec_vox,
-    &fm_codec_binvox, &fm_codec_octomap, &fm_codec_voxelmap, &fm_codec_vxl,
+    &fm_codec_binvox, &fm_codec_octomap, &fm_codec_voxelmap, &fm_codec_vxl,   &fm_codec_nanovdb,
 };
 enum { CODEC_COUNT = sizeof codecs / sizeof codecs[0] };
 
@@ -166,6 +166,10 @@ static fm_result check_place(const fm_reader *reader) {
 
 static fm_result open_reader(fm_reader *reader, const fm_codec **codec) {
     FM_TRY(choose_codec(reader, codec));
+    if (!(*codec)->open) {
+        return fm_input_fail(reader->input, FM_ERROR_UNSUPPORTED, "%s files are only written: convert it to .npy or .nrrd",
+                             (*codec)->name);
+    }
     fm_file_info *info = &reader->info;
     info->format = (*codec)->format;
     info->compressed = fm_input_is_gzip(reader->input);
@@ -309,7 +313,8 @@ static fm_result choose_writer(const char *path, const fm_write_desc *desc, cons
     if (!*codec) {
         return fm_fail(
             FM_ERROR_INVALID_ARGUMENT,
-            "%s: the name does not say the format: end it in .npy, .raw, .nrrd, .nhdr, .nii or .vox, with or without .gz", path);
+            "%s: the name does not say the format: end it in .npy, .raw, .nrrd, .nhdr, .nii, .vox or .nvdb, with or without .gz",
+            path);
     }
     if (!(*codec)->write) {
         return fm_fail(FM_ERROR_UNSUPPORTED, "%s: %s files are only read: write .npy, .raw, .nrrd, .nii or .vox", path,

@@ -55,7 +55,7 @@ typedef struct fm_codec {
     bool (*matches)(const uint8_t *head, size_t size);
     // Parses the header and fills `info` but for format, file_bytes, bytes and compressed. Leaves the input at the first element,
     // or keeps what it needs in `state`.
-    fm_result (*open)(fm_reader *reader);
+    fm_result (*open)(fm_reader *reader);  // NULL: only written
     fm_result (*load)(fm_reader *reader, fm_volume *volume);
     void (*close)(fm_reader *reader);  // frees what `state` points to; NULL: nothing to do
     fm_result (*write)(fm_writer *writer);
@@ -70,6 +70,7 @@ extern const fm_codec fm_codec_binvox;
 extern const fm_codec fm_codec_octomap;
 extern const fm_codec fm_codec_voxelmap;
 extern const fm_codec fm_codec_vxl;
+extern const fm_codec fm_codec_nanovdb;
 
 // Reads from an input that is open already and stays the caller's; `path` is for formats that look beside the file, NULL where
 // there is nothing beside.

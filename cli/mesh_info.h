@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_CLI_MESH_INFO_H
+#define FM_CLI_MESH_INFO_H
+
+#include <stdbool.h>
+
+// Describes the mesh in a file. Returns an exit code.
+int mesh_info(const char *path, bool json);
+
+#endif
