@@ -249,9 +249,10 @@ static void prepare(const fm_descent *job, uint32_t triangle, const double middl
         const double dx = at[i][0] - x, dy = at[i][1] - y;
         result->direction[i][0] = (float)direction[i][0];
         result->direction[i][1] = (float)direction[i][1];
-        result->start[i] = (float)(direction[i][0] * dx + direction[i][1] * dy);
+        const double start = direction[i][0] * dx + direction[i][1] * dy;
+        result->start[i] = (float)start;
+        result->end[i] = (float)(start + length[i]);
         result->aside[i] = (float)(direction[i][0] * dy - direction[i][1] * dx);
-        result->length[i] = (float)length[i];
     }
     result->triangle = triangle;
 }
@@ -269,8 +270,8 @@ LANE_OP framed frame_point(const fm_prepared *t, const lanes at[3]) {
 
 // How far the point is over the end of an edge, with the end's sign, and how far to the left of it.
 LANE_OP void beside_edge(const fm_prepared *t, int i, const framed *p, lanes *over, lanes *aside) {
-    const lanes along = p->x * t->direction[i][0] + p->y * t->direction[i][1] - t->start[i];
-    *over = along - lanes_min(lanes_max(along, lanes_all(0)), lanes_all(t->length[i]));
+    const lanes along = p->x * t->direction[i][0] + p->y * t->direction[i][1];
+    *over = along - lanes_min(lanes_max(along, lanes_all(t->start[i])), lanes_all(t->end[i]));
     *aside = p->y * t->direction[i][0] - p->x * t->direction[i][1] - t->aside[i];
 }
 
@@ -324,8 +325,8 @@ static bool is_inside(const fm_descent *job, const fm_prepared *t, const float a
     bool face = true;
     fm_feature feature = FM_FEATURE_FACE;
     for (int i = 0; i < 3; i++) {
-        const float along = p[0] * t->direction[i][0] + p[1] * t->direction[i][1] - t->start[i];
-        const float over = along - fminf(fmaxf(along, 0), t->length[i]);
+        const float along = p[0] * t->direction[i][0] + p[1] * t->direction[i][1];
+        const float over = along - fminf(fmaxf(along, t->start[i]), t->end[i]);
         const float aside = p[1] * t->direction[i][0] - p[0] * t->direction[i][1] - t->aside[i];
         const float distance2 = over * over + aside * aside;
         face = face && aside > 0;
