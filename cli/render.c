@@ -173,6 +173,8 @@ static int print_stats(const stage *s) {
     printf("%s (%s): %.3f ms, %.3g primary rays/s\n", device.name, device.driver, ms, ms > 0 ? rays * 1e3 / ms : 0);
     printf("%" PRIu64 " rays, %" PRIu64 " meet a solid voxel; %.2f steps a ray, at most %" PRIu64 "\n", stats.rays, stats.hits,
            (double)stats.steps / rays, stats.most_steps);
+    printf("field reads a ray: %.3f by beams, %.3f towards the sun, %.3f for occlusion\n", (double)stats.beam_reads / rays,
+           (double)stats.sun_reads / rays, (double)stats.occlusion_reads / rays);
     printf("wrong pixels against the march voxel by voxel: %" PRIu64 " (%.4f %%)\n", wrong.wrong, 100 * (double)wrong.wrong / rays);
     return CLI_DONE;
 }

@@ -71,6 +71,62 @@ static fm_vec3 albedo_of(const fm_grid *grid, const fm_cell *voxel) {
     return light;
 }
 
+// What a ray to the sun passes by at a time: the room to the nearest surface, and how fast that grows.
+typedef struct passing {
+    float time, room, slope;
+} passing;
+
+static passing pass_by(const fm_scenery *scenery, const fm_hit *hit, float time) {
+    const float *way = scenery->picture->push.sun;
+    fm_cell first;
+    float part[3], v[8];
+    for (int i = 0; i < 3; i++) {
+        const float from = hit->at.v[i] + way[i] * time - 0.5f;
+        const float whole = floorf(from);
+        first.v[i] = (int32_t)whole;
+        part[i] = from - whole;
+    }
+    for (int i = 0; i < 8; i++) {
+        const fm_cell at = {{first.v[0] + (i & 1), first.v[1] + (i >> 1 & 1), first.v[2] + (i >> 2)}};
+        v[i] = fm_length_around(&scenery->grid, at);
+    }
+    const float low = mix(mix(v[0], v[1], part[0]), mix(v[2], v[3], part[0]), part[1]);
+    const float high = mix(mix(v[4], v[5], part[0]), mix(v[6], v[7], part[0]), part[1]);
+    const float along_x = mix(mix(v[1] - v[0], v[3] - v[2], part[1]), mix(v[5] - v[4], v[7] - v[6], part[1]), part[2]);
+    const float along_y = mix(mix(v[2] - v[0], v[3] - v[1], part[0]), mix(v[6] - v[4], v[7] - v[5], part[0]), part[2]);
+    return (passing){time, mix(low, high, part[2]) - 0.5f, along_x * way[0] + along_y * way[1] + (high - low) * way[2]};
+}
+
+static float lit_part(float room, float time) {
+    return fmaxf(room, 0) * FM_PENUMBRA / time;
+}
+
+static float penumbra(const fm_scenery *scenery, const fm_hit *hit, const fm_ray *ray, fm_vec3 cell, float time, uint32_t *reads) {
+    float open = 1;
+    passing before = {0, 0, 0};
+    while (fm_inside(ray, &cell)) {
+        const fm_cell at = fm_unmirror(ray, &cell);
+        const float steps = (float)fm_steps_at(&scenery->grid, &at);
+        (*reads)++;
+        passing now = {0, 0, 0};
+        if ((steps - FM_PENUMBRA_DOUBT) * FM_PENUMBRA < open * time) {
+            now = pass_by(scenery, hit, time);
+            *reads += 8;
+            open = fminf(open, lit_part(now.room, time));
+            if (before.slope < 0 && now.slope > 0) {
+                // Nearest between the two, where the lines that both are on meet.
+                const float meet =
+                    (before.room - now.room - before.slope * before.time + now.slope * time) / (now.slope - before.slope);
+                const float between = clamp(meet, before.time, time);
+                open = fminf(open, lit_part(before.room + before.slope * (between - before.time), between));
+            }
+        }
+        before = now;
+        time = fm_go_ahead(ray, &cell, steps, FM_MARCH_SKIP);
+    }
+    return open;
+}
+
 static float sunlight(const fm_scenery *scenery, const fm_hit *hit, uint32_t *reads) {
     const fm_grid *grid = &scenery->grid;
     const bool soft = scenery->picture->desc.shadow == FM_SHADOW_SOFT;
@@ -80,7 +136,8 @@ static float sunlight(const fm_scenery *scenery, const fm_hit *hit, uint32_t *re
         const float k = (float)(hit->voxel.v[i] + hit->normal.v[i]);
         cell.v[i] = ray.mirrored[i] ? ray.size.v[i] - 1 - k : k;
     }
-    float open = 1, time = 0;
+    fm_vec3 doubt = cell;
+    float time = 0, doubt_time = 0;
     while (fm_inside(&ray, &cell)) {
         const fm_cell at = fm_unmirror(&ray, &cell);
         const float steps = (float)fm_steps_at(grid, &at);
@@ -88,11 +145,14 @@ static float sunlight(const fm_scenery *scenery, const fm_hit *hit, uint32_t *re
         if (steps <= 0) {
             return 0;
         }
-        if (soft) {
-            open = fminf(open, (steps - 0.5f) * FM_PENUMBRA / fmaxf(time, 1e-3f));
+        if (soft && doubt_time <= 0 && time > FM_PENUMBRA_FROM && (steps - FM_PENUMBRA_DOUBT) * FM_PENUMBRA < time) {
+            doubt = cell;
+            doubt_time = time;
         }
         time = fm_go_ahead(&ray, &cell, steps, FM_MARCH_SKIP);
     }
+    // The way is free. Only now is it worth a closer look.
+    const float open = doubt_time > 0 ? penumbra(scenery, hit, &ray, doubt, doubt_time, reads) : 1;
     return open * open * (3 - 2 * open);
 }
 

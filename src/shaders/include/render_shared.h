@@ -46,8 +46,11 @@
 #define FM_TINT_PART 0.4f
 #define FM_TINT_EDGE 0.85f
 
-// How far from its occluder a ray is fully lit: the way to it / FM_PENUMBRA.
+// How far from its occluder a ray is fully lit: the way to it / FM_PENUMBRA. The field is looked at closely where its steps, less
+// FM_PENUMBRA_DOUBT, would make a penumbra, and not before FM_PENUMBRA_FROM, for a ray begins on a surface.
 #define FM_PENUMBRA 12.0f
+#define FM_PENUMBRA_DOUBT 1.5f
+#define FM_PENUMBRA_FROM 1.0f
 
 // Occlusion looks at the field so many voxels before the face, each with its weight; all closed, a face keeps 1 - the last.
 #define FM_OPEN_PLACES 1, 3, 6

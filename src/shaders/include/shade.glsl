@@ -61,23 +61,80 @@ vec3 sky(vec3 way) {
     return light + vec3(FM_GLOW) * (FM_GLOW_PART * glow + clamp((near - FM_SUN_EDGE) * FM_SUN_SHARP, 0.0, 1.0));
 }
 
+// What a ray to the sun passes by at a time: the room to the nearest surface, by the field between the centres of eight voxels, and
+// how fast that grows.
+struct passing_t {
+    float time, room, slope;
+};
+
+passing_t pass_by(vec3 at, float time) {
+    vec3 way = sun_way();
+    vec3 from = at + way * time - 0.5;
+    vec3 whole = floor(from);
+    vec3 part = from - whole;
+    float v[8];
+    [[unroll]] for (int i = 0; i < 8; i++) {
+        v[i] = length_around(ivec3(whole) + ivec3(i & 1, i >> 1 & 1, i >> 2));
+    }
+    float low = mix(mix(v[0], v[1], part.x), mix(v[2], v[3], part.x), part.y);
+    float high = mix(mix(v[4], v[5], part.x), mix(v[6], v[7], part.x), part.y);
+    float along_x = mix(mix(v[1] - v[0], v[3] - v[2], part.y), mix(v[5] - v[4], v[7] - v[6], part.y), part.z);
+    float along_y = mix(mix(v[2] - v[0], v[3] - v[1], part.x), mix(v[6] - v[4], v[7] - v[5], part.x), part.z);
+    return passing_t(time, mix(low, high, part.z) - 0.5, dot(vec3(along_x, along_y, high - low), way));
+}
+
+float lit_part(float room, float time) {
+    return max(room, 0.0) * FM_PENUMBRA / time;
+}
+
+// How much of the sun a ray sees that meets nothing, from `cell` on: the least of room / time on the way. The march's own steps are
+// whole numbers, and too far apart to find the least among them: that would show on walls as facets.
+float penumbra(vec3 at, ray_t ray, vec3 cell, float time) {
+    float open = 1.0;
+    passing_t before = passing_t(0, 0, 0);
+    while (inside(ray, cell)) {
+        float steps = float(steps_of(load_entry(element_of(ray, cell))));
+        sun_reads++;
+        passing_t now = passing_t(0, 0, 0);
+        if ((steps - FM_PENUMBRA_DOUBT) * FM_PENUMBRA < open * time) {
+            now = pass_by(at, time);
+            sun_reads += 8;
+            open = min(open, lit_part(now.room, time));
+            if (before.slope < 0 && now.slope > 0) {
+                // Nearest between the two, where the lines that both are on meet.
+                float meet = (before.room - now.room - before.slope * before.time + now.slope * time) / (now.slope - before.slope);
+                float between = clamp(meet, before.time, time);
+                open = min(open, lit_part(before.room + before.slope * (between - before.time), between));
+            }
+        }
+        before = now;
+        cell = go_ahead(ray, cell, steps, FM_GPU_MARCH_SKIP, time);
+    }
+    return open;
+}
+
 // 1 in full sunlight, 0 in the shadow. `cell` is the air before the face.
 float sunlight(vec3 at, ivec3 cell) {
     ray_t ray = make_ray(at, sun_way());
     vec3 k = mix(vec3(cell), ray.size - 1.0 - vec3(cell), equal(ray.mirrored, uvec3(1)));
-    float open = 1.0;
     float time = 0.0;
+    vec3 doubt = k;
+    float doubt_time = 0.0;
     while (inside(ray, k)) {
         float steps = float(steps_of(load_entry(element_of(ray, k))));
         sun_reads++;
         if (steps <= 0) {
             return 0.0;
         }
-        if (SHADOW == FM_GPU_SHADOW_SOFT) {
-            open = min(open, (steps - 0.5) * FM_PENUMBRA / max(time, 1e-3));
+        if (SHADOW == FM_GPU_SHADOW_SOFT && doubt_time <= 0 && time > FM_PENUMBRA_FROM &&
+            (steps - FM_PENUMBRA_DOUBT) * FM_PENUMBRA < time) {
+            doubt = k;
+            doubt_time = time;
         }
         k = go_ahead(ray, k, steps, FM_GPU_MARCH_SKIP, time);
     }
+    // The way is free. Only now is it worth a closer look.
+    float open = doubt_time > 0 ? penumbra(at, ray, doubt, doubt_time) : 1.0;
     return open * open * (3.0 - 2.0 * open);
 }
 
