@@ -33,7 +33,8 @@ uint32_t auto_edits(auto_run *run, double now_ms, fm_brush *brushes, uint32_t ca
                                .kind_count = 1};
     const double interval = run->desc.interval_ms;
     // With a fixed number of frames the clock has no say in what is in the picture: a frame stands for a 60th of a second.
-    const double elapsed = run->desc.frames ? (double)run->count * (1e3 / 60) : now_ms - run->begin_ms;
+    const double elapsed =
+        run->desc.frames ? (double)run->count * (1e3 / 60) : fmin(now_ms - run->begin_ms, run->desc.seconds * 1e3);
     const uint64_t due = interval > 0 ? (uint64_t)(elapsed / interval) + 1 : run->edits + 1;
     uint32_t count = 0;
     for (; run->edits < due && count < capacity; run->edits++) {

@@ -55,10 +55,9 @@ static void automatic_edits(paint *p) {
 }
 
 void paint_update(paint *p) {
-    const int32_t focus[3] = {(int32_t)p->camera.position[0], (int32_t)p->camera.position[1], (int32_t)p->camera.position[2]};
     fm_ticket ticket;
     bool works;
-    fm_world_set_focus(p->stage.world, focus);
+    stage_focus(&p->stage, &p->active, &p->camera);
     if (!stage_update(&p->stage, p->edited, &ticket, &works)) {
         paint_failed(p, "update");
     } else if (works) {

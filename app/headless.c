@@ -29,8 +29,7 @@ static bool one_frame(stage *s, const options *o, auto_run *run, auto_frame *fra
     desc.width = o->width / o->settings.scale;
     desc.height = o->height / o->settings.scale;
     desc.camera = auto_camera(run, start);
-    const int32_t focus[3] = {(int32_t)desc.camera.position[0], (int32_t)desc.camera.position[1], (int32_t)desc.camera.position[2]};
-    fm_world_set_focus(s->world, focus);
+    stage_focus(s, &o->settings, &desc.camera);
     fm_ticket ticket;
     if (!edit_world(s, run, start, frame) || fm_render(s->renderer, s->world, &desc, &ticket) != FM_OK ||
         !measure_ticket(s->context, ticket, &frame->march_ms)) {

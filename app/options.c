@@ -76,16 +76,13 @@ static bool read_scene(const option_args *a, options *o) {
 
 static bool read_method(const option_args *a, options *o) {
     fm_world_desc desc = {0};
-    if (a->method.focus_at->count) {
-        cli_usage("paint: --focus-at is given: the focus is where the camera is");
-        return false;
-    }
     if (!method_options_read(&a->method, &desc)) {
         return false;
     }
     o->settings.format = desc.format;
     o->settings.max_distance = desc.max_distance;
     o->settings.method = desc.method;
+    o->settings.focus_stays = a->method.focus_at->count && desc.method.algorithm == FM_WORLD_SELECTIVE;
     // For when the panel chooses another algorithm.
     return cli_uint32("--focus", given(a->method.focus, "3"), 1, &o->settings.method.focus_chunks);
 }
@@ -200,7 +197,8 @@ bool options_parse(cli_args *args, int argc, char **argv, options *o, int *statu
     static const cli_help help = {
         "paint",
         "A window to fly through a voxel world, dig and build in it, while its distance field is kept exact. Without a GPU\n"
-        "it runs on software Vulkan, in a small world.",
+        "it runs on software Vulkan, in a small world. The focus of selective goes with the camera unless --focus-at says where it "
+        "is.",
         "fathom paint --scene city --size 256\n"
         "fathom paint castle.vox --shadow soft --ao\n"
         "fathom paint --scene terrain --size 512 --auto-edit 1 --interval 500 --seconds 60 --csv frames.csv\n"

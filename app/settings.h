@@ -23,6 +23,7 @@ typedef struct paint_settings {
     fm_field_format format;
     uint32_t max_distance;   // FM_FIELD_SQUARED_U32; 0: none
     fm_world_method method;  // as chosen; `bench_world_method` takes out what has no effect
+    bool focus_stays;        // where `method` has it; else it goes with the camera
 
     fm_march march;
     fm_view view;

@@ -122,6 +122,13 @@ bool stage_count(const stage *s, uint64_t *solid, uint64_t *hash) {
     return true;
 }
 
+void stage_focus(stage *s, const paint_settings *settings, const fm_camera *camera) {
+    if (!settings->focus_stays) {
+        const int32_t at[3] = {(int32_t)camera->position[0], (int32_t)camera->position[1], (int32_t)camera->position[2]};
+        fm_world_set_focus(s->world, at);
+    }
+}
+
 bool stage_update(stage *s, bool edited, fm_ticket *ticket, bool *works) {
     if (fm_world_update(s->world, ticket) != FM_OK) {
         return false;

@@ -34,6 +34,8 @@ bool stage_save(const stage *s, const char *path);
 // Number of solid voxels, and a number that differs, most likely, when the voxels do. Slow.
 bool stage_count(const stage *s, uint64_t *solid, uint64_t *hash);
 
+// Lets the focus go with the camera, where it does.
+void stage_focus(stage *s, const paint_settings *settings, const fm_camera *camera);
 // Updates the world, without waiting for it. `works` tells whether it does anything: after edits (`edited`), and when a moved focus
 // asks for it.
 bool stage_update(stage *s, bool edited, fm_ticket *ticket, bool *works);

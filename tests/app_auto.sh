@@ -41,7 +41,15 @@ done
     bad "by the clock: $(cat "$work/clock.out")"
 grep -q ' [1-5] edits, seed 1, an edit every 100 ms$' "$work/clock.out" || bad "edits by the clock: $(cat "$work/clock.out")"
 
+# A focus that stays, and one that goes with the camera.
+benchmark stays --backend cpu --auto-edit 7 --algorithm selective --chunk 8 --focus 1 --focus-at 4,4,4 || bad "a focus that stays: $(cat "$work/stays.err")"
+benchmark goes --backend cpu --auto-edit 7 --algorithm selective --chunk 8 --focus 1 || bad "a focus: $(cat "$work/goes.err")"
+
 # What is refused.
+"$paint" --headless --auto-edit 1 --algorithm exact --chunk 16 >"$work/out" 2>&1
+[ $? = 2 ] || bad "--chunk is taken for an exact field"
+"$paint" --headless --auto-edit 1 --last-frame "$work/x.jpg" >"$work/out" 2>&1
+[ $? = 2 ] || bad "a picture that is no PNG is taken"
 "$paint" --headless >"$work/out" 2>&1
 [ $? = 2 ] || bad "--headless alone is taken"
 "$paint" --csv "$work/x.csv" >"$work/out" 2>&1
