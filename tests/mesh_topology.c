@@ -159,7 +159,22 @@ static void exact_signs(void) {
         zeros += volume == 0;
     }
     CHECK(zeros > 1000);
-    // Differences that no double holds.
+    // Differences that no double holds: three points of the plane z = x, and one that lies hardly above or below it.
+    for (int round = 0; round < 2000; round++) {
+        float p[4][3];
+        for (int i = 0; i < 4; i++) {
+            for (int axis = 0; axis < 2; axis++) {
+                p[i][axis] = ldexpf(uniform(&seed, -1, 1), test_between(&seed, -60, 59));
+            }
+            p[i][2] = p[i][0];
+        }
+        const int left = fm_orient2(p[0], p[1], p[2], 0, 1);
+        CHECK(left != 0 && fm_orient3(p[0], p[1], p[2], p[3]) == 0);
+        p[3][2] = nextafterf(p[3][0], INFINITY);
+        CHECK(fm_orient3(p[0], p[1], p[2], p[3]) == -left);
+        p[3][2] = nextafterf(p[3][0], -INFINITY);
+        CHECK(fm_orient3(p[0], p[1], p[2], p[3]) == left);
+    }
     const float apart[4][3] = {{1e18f, 0, 0}, {0, 1e18f, 0}, {0, 0, 1e18f}, {1e-20f, 1e-20f, 1e-20f}};
     const float level[4][3] = {{1e18f, 1, 0}, {1e-20f, 1, 1e9f}, {3, 1, 1e-30f}, {7, 1, 1e18f}};
     const float beside[3] = {7, nextafterf(1, 2), 1e18f};

@@ -26,7 +26,7 @@ static void choose_positions(const scene_mesh *shape, float (*positions)[3], uin
     }
 }
 
-// The error falls by the third power of the accuracy and more; it also grows with how much surface there is beside what it bounds.
+// Moments to the second order leave an error that falls with the fourth power of the accuracy at least.
 static void check_mesh(const char *name, const scene_mesh *shape, fm_mesh *mesh, double worst) {
     float positions[POSITIONS][3], all[POSITIONS], winding[POSITIONS];
     choose_positions(shape, positions, 3);
@@ -39,7 +39,7 @@ static void check_mesh(const char *name, const scene_mesh *shape, fm_mesh *mesh,
         CHECK_OK(fm_mesh_winding(mesh, (const float(*)[3])positions, POSITIONS, (float)accuracy, winding));
         const double least = accuracy == 0 ? 2 : accuracy;
         for (int i = 0; i < POSITIONS; i++) {
-            good = CHECK(fabsf(winding[i] - all[i]) <= (worst * pow(2 / least, 3) + 2e-6) * (1 + fabsf(all[i]))) && good;
+            good = CHECK(fabsf(winding[i] - all[i]) <= (worst * pow(2 / least, 4) + 2e-6) * (1 + fabsf(all[i]))) && good;
         }
     }
     if (!good) {
@@ -69,7 +69,7 @@ static void deformed(void) {
     fm_mesh *mesh = make(&shape);
     uint64_t seed = 9;
     for (int round = 0; round < 3; round++) {
-        check_mesh("a deformed torus", &shape, mesh, 0.02);
+        check_mesh("a deformed torus", &shape, mesh, 0.005);
         for (uint64_t i = 0; i < shape.vertex_count; i++) {
             for (int axis = 0; axis < 3; axis++) {
                 shape.vertices[i][axis] = 3 * shape.vertices[i][axis] + uniform(&seed, -0.05f, 0.05f);
@@ -89,7 +89,8 @@ int main(void) {
     make_meshes(meshes);
     for (int i = 0; i < NAMED_MESHES; i++) {
         fm_mesh *mesh = make(&meshes[i].mesh);
-        check_mesh(meshes[i].name, &meshes[i].mesh, mesh, 0.02);
+        // Of 1,200 in one place the errors add up.
+        check_mesh(meshes[i].name, &meshes[i].mesh, mesh, strcmp(meshes[i].name, "all equal") == 0 ? 0.03 : 0.005);
         fm_mesh_destroy(mesh);
         scene_mesh_free(&meshes[i].mesh);
     }
