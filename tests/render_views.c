@@ -289,6 +289,40 @@ static void check_sizes(render_stage *s) {
     }
 }
 
+// The penumbra of a long wall is the same all along it, and has no steps: its field's whole numbers must not show.
+static void check_penumbra(fm_context *context) {
+    enum { EDGE = 96, WALL = 70, HIGH = 40 };
+    uint32_t *voxels = calloc((size_t)EDGE * EDGE * EDGE, sizeof *voxels);
+    for (uint32_t i = 0; voxels && i < EDGE * EDGE * EDGE; i++) {
+        const uint32_t x = i % EDGE, z = i / EDGE / EDGE;
+        voxels[i] = z == 0 || (x == WALL && z <= HIGH) ? GREY : 0;
+    }
+    render_stage s = {0};
+    if (voxels && render_open(&s, context, &(fm_world_desc){.shape = {EDGE, EDGE, EDGE}}, voxels)) {
+        // Down onto the end of the shadow, about 40 voxels before the wall. A pixel is an eighth of a voxel.
+        fm_render_desc desc = {.camera = {{30, 48, 90}, {0, 0, -1}, {0, 1, 0}, 10}, .width = 121, .height = 121};
+        desc.sun[0] = 1;
+        desc.sun[1] = 0.37f;
+        desc.sun[2] = 1;
+        desc.shadow = FM_SHADOW_SOFT;
+        uint8_t *pixels = render_picture(&s, &desc);
+        int most_across = 0, most_along = 0;
+        for (uint32_t i = 0; pixels && i < 121 * 121; i++) {
+            const int here = sum_of(pixels + 4 * i), row = sum_of(pixels + 4 * (121 * 60 + i % 121));
+            most_across = i % 121 > 0 && abs(here - sum_of(pixels + 4 * i - 4)) > most_across
+                              ? abs(here - sum_of(pixels + 4 * i - 4))
+                              : most_across;
+            most_along = abs(here - row) > most_along ? abs(here - row) : most_along;
+        }
+        const int range = pixels ? abs(sum_of(pixels + 4 * (121 * 60)) - sum_of(pixels + 4 * (121 * 60 + 120))) : 0;
+        printf("penumbra: %d between its ends, at most %d between pixels, %d along the wall\n", range, most_across, most_along);
+        CHECK(range > 60 && most_across * 10 < range && most_along * 10 < range);
+        free(pixels);
+    }
+    render_close(&s);
+    free(voxels);
+}
+
 // Before its first update a world shows air, by every march, wherever its memory was before.
 static void check_new_world(fm_context *context, const uint32_t *voxels) {
     const fm_world_desc world = {.shape = {WORLD, WORLD, WORLD}, .format = FM_FIELD_SPLIT_U8};
@@ -419,6 +453,7 @@ int main(int count, char **arguments) {
         check_pick(&s);
         check_edit(&s);
         check_sizes(&s);
+        check_penumbra(context);
         check_new_world(context, voxels);
         check_threads(voxels);
         check_memory_ends(&like, voxels);
