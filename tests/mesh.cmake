@@ -33,3 +33,7 @@ fathom_test(mesh_voxelize mesh_voxelize.c)
 # The same bits must pass without vectors.
 add_test(NAME mesh_sdf_portable COMMAND test_mesh_sdf WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
 set_property(TEST mesh_sdf_portable PROPERTY ENVIRONMENT FATHOM_SIMD=portable)
+if(FATHOM_VULKAN)
+    add_test(NAME mesh_scene_vulkan COMMAND test_mesh_scene --backend vulkan WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    set_tests_properties(mesh_scene_vulkan PROPERTIES SKIP_RETURN_CODE 77)
+endif()
