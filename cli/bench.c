@@ -332,6 +332,9 @@ int command_bench(int argc, char **argv) {
     if (argc > 1 && strcmp(argv[1], "render") == 0) {
         return command_bench_render(argc - 1, argv + 1);
     }
+    if (argc > 1 && strcmp(argv[1], "shadows") == 0) {
+        return command_bench_shadows(argc - 1, argv + 1);
+    }
     static const cli_help help = {
         "bench",
         "Measures exact transforms (for editable worlds, pictures of them and meshes see fathom bench world --help, render --help\n"

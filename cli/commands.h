@@ -17,6 +17,7 @@ int command_bench(int argc, char **argv);
 // bench hands over to these.
 int command_bench_world(int argc, char **argv);
 int command_bench_render(int argc, char **argv);
+int command_bench_shadows(int argc, char **argv);
 int command_bench_mesh(int argc, char **argv);
 
 #endif
