@@ -124,12 +124,16 @@ static uint64_t budget(void) {
 
 fm_result fm_gpu_mesh_voxelize(fm_mesh *mesh, const fm_voxelize_desc *desc, fm_volume *voxels, fm_ticket *ticket) {
     fm_gpu *gpu = mesh->context->gpu;
+    const fm_shape shape = voxels->desc.shape;
+    if (shape.x > FM_VOXEL_MOST || shape.y > FM_VOXEL_MOST || shape.z > FM_VOXEL_MOST) {
+        return fm_fail(FM_ERROR_UNSUPPORTED, "voxels are %u x %u x %u: at most %d an axis on Vulkan", shape.x, shape.y, shape.z,
+                       FM_VOXEL_MOST);
+    }
     fm_voxelize_job job = {.grid = fm_voxel_grid_of(&voxels->desc),
                            .thin = desc->separation == FM_SEPARATION_6,
                            .bits = voxels->desc.type == FM_TYPE_BITS,
                            .voxels = voxels->buffer,
                            .mesh = fm_gpu_mesh_refs(mesh)};
-    const fm_shape shape = voxels->desc.shape;
     const uint64_t slice_bytes = (uint64_t)shape.x * shape.y * 4;
     const uint32_t slab = (uint32_t)fm_max_u64(1, fm_min_u64(budget() / slice_bytes, shape.z));
     const uint64_t counts_at = fm_voxelize_list_bytes(job.mesh.triangle_count);

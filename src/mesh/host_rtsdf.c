@@ -13,7 +13,7 @@ typedef struct frame_job {
     const fm_mesh *mesh;
     uint32_t *bits;
     // A step of the flood.
-    const uint32_t *source;  // NULL: the bits
+    const uint32_t *source;
     uint32_t *target;
     float *distance;  // not NULL: what the last step writes instead
     int step;
@@ -63,53 +63,78 @@ static void voxelize(void *user, uint64_t begin, uint64_t end, uint32_t worker) 
     }
 }
 
-static uint32_t seed_at(const frame_job *job, fm_shape shape, int x, int y, int z) {
-    const uint64_t row = (uint64_t)z * shape.y + (uint64_t)y;
-    if (job->source) {
-        return job->source[row * shape.x + (uint64_t)x];
+// A voxel that is set is its own seed.
+static void seed_rows(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
+    (void)worker;
+    const frame_job *job = user;
+    const fm_shape shape = job->rtsdf->coarse->desc.shape;
+    for (uint64_t row = begin; row < end; row++) {
+        const uint32_t *words = job->bits + row * fm_bits_row_words(shape);
+        const uint32_t place = (uint32_t)(row % shape.y) << 10 | (uint32_t)(row / shape.y) << 20;
+        for (uint32_t x = 0; x < shape.x; x++) {
+            job->target[row * shape.x + x] = words[x / 32] >> x % 32 & 1 ? x | place : FM_SEED_NONE;
+        }
     }
-    const uint32_t word = job->bits[row * fm_bits_row_words(shape) + (uint64_t)x / 32];
-    return word >> x % 32 & 1 ? (uint32_t)x | (uint32_t)y << 10 | (uint32_t)z << 20 : FM_SEED_NONE;
 }
 
-// The order of ties is that of rtsdf_flood.comp.
-static uint32_t nearest_seed(const frame_job *job, fm_shape shape, int x, int y, int z, float *distance2) {
+// The best that a row's texels have found so far.
+typedef struct row_best {
+    float distance2[FM_SEED_MOST];
+    uint32_t seed[FM_SEED_MOST];
+} row_best;
+
+// Offers seeds[i] to texel (x + i, y, z).
+static void offer(row_best *best, const uint32_t *seeds, int x, int count, int y, int z, const float weight[3]) {
+    float *distance2 = best->distance2 + x;
+    uint32_t *kept = best->seed + x;
+    for (int i = 0; i < count; i++) {
+        const uint32_t seed = seeds[i];
+        const float found = fm_seed_distance2(seed, x + i, y, z, weight);
+        const bool nearer = seed != FM_SEED_NONE && found < distance2[i];
+        distance2[i] = nearer ? found : distance2[i];
+        kept[i] = nearer ? seed : kept[i];
+    }
+}
+
+// The texel's own seed first, then its neighbours' in the order of rtsdf_flood.comp, for all texels of a row at once.
+static void nearest_seeds(const frame_job *job, fm_shape shape, int y, int z, row_best *best) {
     const float *weight = job->rtsdf->weight;
-    const int step = job->step;
-    uint32_t seed = seed_at(job, shape, x, y, z);
-    float nearest = seed == FM_SEED_NONE ? INFINITY : fm_seed_distance2(seed, x, y, z, weight);
+    const int step = job->step, n = (int)shape.x;
+    for (int x = 0; x < n; x++) {
+        best->distance2[x] = INFINITY;
+        best->seed[x] = FM_SEED_NONE;
+    }
+    offer(best, job->source + ((uint64_t)z * shape.y + (uint64_t)y) * shape.x, 0, n, y, z, weight);
     for (int k = z - step; k <= z + step; k += step) {
         for (int j = y - step; j <= y + step; j += step) {
-            for (int i = x - step; i <= x + step; i += step) {
-                if (i < 0 || j < 0 || k < 0 || i >= (int)shape.x || j >= (int)shape.y || k >= (int)shape.z) {
-                    continue;
-                }
-                const uint32_t other = seed_at(job, shape, i, j, k);
-                const float way = other == FM_SEED_NONE ? INFINITY : fm_seed_distance2(other, x, y, z, weight);
-                if (way < nearest) {
-                    nearest = way;
-                    seed = other;
-                }
+            if (j < 0 || k < 0 || j >= (int)shape.y || k >= (int)shape.z) {
+                continue;
+            }
+            const uint32_t *row = job->source + ((uint64_t)k * shape.y + (uint64_t)j) * shape.x;
+            if (step < n) {
+                offer(best, row, step, n - step, y, z, weight);
+            }
+            offer(best, row, 0, n, y, z, weight);
+            if (step < n) {
+                offer(best, row + step, 0, n - step, y, z, weight);
             }
         }
     }
-    *distance2 = nearest;
-    return seed;
 }
 
 static void flood(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
     (void)worker;
     const frame_job *job = user;
     const fm_shape shape = job->rtsdf->coarse->desc.shape;
+    row_best best;
     for (uint64_t row = begin; row < end; row++) {
+        nearest_seeds(job, shape, (int)(row % shape.y), (int)(row / shape.y), &best);
+        if (!job->distance) {
+            memcpy(job->target + row * shape.x, best.seed, shape.x * sizeof *best.seed);
+            continue;
+        }
         for (uint32_t x = 0; x < shape.x; x++) {
-            float distance2;
-            const uint32_t seed = nearest_seed(job, shape, (int)x, (int)(row % shape.y), (int)(row / shape.y), &distance2);
-            if (job->distance) {
-                job->distance[row * shape.x + x] = sqrtf(distance2) * job->rtsdf->unit - job->rtsdf->beta;
-            } else {
-                job->target[row * shape.x + x] = seed;
-            }
+            job->distance[row * shape.x + x] = sqrtf(best.distance2[x]) * job->rtsdf->unit - job->rtsdf->beta;
         }
     }
 }
@@ -118,15 +143,17 @@ static void flood(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
 static void flood_all(frame_job *job) {
     const fm_rtsdf *rtsdf = job->rtsdf;
     const fm_shape shape = rtsdf->coarse->desc.shape;
-    uint32_t *own = (uint32_t *)((char *)rtsdf->memory + fm_rtsdf_bits_bytes(rtsdf));
-    job->source = NULL;
+    const uint64_t rows = (uint64_t)shape.y * shape.z;
+    uint32_t *const places[2] = {rtsdf->coarse->data, (uint32_t *)((char *)rtsdf->memory + fm_rtsdf_bits_bytes(rtsdf))};
+    job->target = places[rtsdf->step_count % 2];
+    fm_pool_run(rtsdf->context->pool, rows, ROW_GRAIN, seed_rows, job);
     for (int i = 0; i < rtsdf->step_count; i++) {
         const int left = rtsdf->step_count - 1 - i;
         job->step = rtsdf->steps[i];
-        job->target = left % 2 == 0 ? rtsdf->coarse->data : own;
-        job->distance = left == 0 ? rtsdf->coarse->data : NULL;
-        fm_pool_run(rtsdf->context->pool, (uint64_t)shape.y * shape.z, ROW_GRAIN, flood, job);
         job->source = job->target;
+        job->target = places[left % 2];
+        job->distance = left == 0 ? rtsdf->coarse->data : NULL;
+        fm_pool_run(rtsdf->context->pool, rows, ROW_GRAIN, flood, job);
     }
 }
 
