@@ -16,6 +16,7 @@ endif()
 # Meshes on the device; these call what a shared library hides.
 if(FATHOM_VULKAN AND NOT BUILD_SHARED_LIBS)
     fathom_test(mesh_gpu mesh_gpu.c)
+    fathom_test(mesh_gpu_sdf mesh_gpu_sdf.c)
 endif()
 fathom_test(mesh_rtsdf mesh_rtsdf.c)
 fathom_test(mesh_rtsdf_flood mesh_rtsdf_flood.c)

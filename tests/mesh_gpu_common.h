@@ -163,29 +163,30 @@ static inline scene_mesh slivers(uint32_t triangles) {
 typedef struct named_mesh {
     const char *name;
     scene_mesh mesh;
+    bool oriented;  // closed, and does not intersect itself
 } named_mesh;
 
 enum { NAMED_MESHES = 17 };
 
 static inline void make_meshes(named_mesh meshes[NAMED_MESHES]) {
     const float here[3] = {0, 0, 0}, far_away[3] = {1000, -2000, 4000}, low[3] = {-1, -0.5f, -2}, high[3] = {1, 0.5f, 2};
-    const named_mesh made[NAMED_MESHES] = {{"empty", scene_mesh_soup(0, 1, here, 2, 0.3f)},
-                                           {"one", scene_mesh_soup(1, 1, here, 2, 0.8f)},
-                                           {"two", scene_mesh_soup(2, 1, here, 2, 0.8f)},
-                                           {"three", scene_mesh_soup(3, 1, here, 2, 0.8f)},
-                                           {"five", scene_mesh_soup(5, 1, here, 2, 0.8f)},
-                                           {"nine", scene_mesh_soup(9, 1, here, 2, 0.8f)},
-                                           {"box", scene_mesh_box(low, high)},
-                                           {"sphere", scene_mesh_sphere(24, 40, here, 1)},
-                                           {"sphere far away", scene_mesh_sphere(24, 40, far_away, 1)},
-                                           {"torus", scene_mesh_torus(40, 20, here, 1, 0.3f)},
-                                           {"sheet", scene_mesh_sheet(30, here, 2, 0.2f)},
-                                           {"tubes", scene_mesh_tubes(24, here, 2)},
-                                           {"soup", scene_mesh_soup(3000, 7, here, 2, 0.2f)},
-                                           {"bad soup", bad_soup(1500, 9)},
-                                           {"all bad", bad_soup(1, 9)},
-                                           {"all equal", all_equal(1200)},
-                                           {"slivers", slivers(800)}};
+    const named_mesh made[NAMED_MESHES] = {{"empty", scene_mesh_soup(0, 1, here, 2, 0.3f), false},
+                                           {"one", scene_mesh_soup(1, 1, here, 2, 0.8f), false},
+                                           {"two", scene_mesh_soup(2, 1, here, 2, 0.8f), false},
+                                           {"three", scene_mesh_soup(3, 1, here, 2, 0.8f), false},
+                                           {"five", scene_mesh_soup(5, 1, here, 2, 0.8f), false},
+                                           {"nine", scene_mesh_soup(9, 1, here, 2, 0.8f), false},
+                                           {"box", scene_mesh_box(low, high), true},
+                                           {"sphere", scene_mesh_sphere(24, 40, here, 1), true},
+                                           {"sphere far away", scene_mesh_sphere(12, 20, far_away, 1), true},
+                                           {"torus", scene_mesh_torus(30, 12, here, 1, 0.3f), true},
+                                           {"sheet", scene_mesh_sheet(16, here, 2, 0.2f), false},
+                                           {"tubes", scene_mesh_tubes(24, here, 2), false},
+                                           {"soup", scene_mesh_soup(500, 7, here, 2, 0.2f), false},
+                                           {"bad soup", bad_soup(400, 9), false},
+                                           {"all bad", bad_soup(1, 9), false},
+                                           {"all equal", all_equal(150), false},
+                                           {"slivers", slivers(200), false}};
     memcpy(meshes, made, sizeof made);
 }
 

@@ -94,9 +94,9 @@ void bvh_try(vec3 p, vec3 a, vec3 b, vec3 c, uint triangle, inout mesh_nearest b
     }
 }
 
-// The nearest point of the mesh if its squared distance is below `bound2`. `hint` is a triangle that may be near, or FM_GPU_NONE.
-// `point` is an offset from p: what is computed with it then loses nothing to the distance from the origin.
-mesh_nearest bvh_nearest_offset(fm_mesh_refs m, vec3 p, float bound2, uint hint) {
+// The nearest point below node `root` if its squared distance is below `bound2`. `hint` is a triangle that may be near, or
+// FM_GPU_NONE. `point` is an offset from p: what is computed with it then loses nothing to the distance from the origin.
+mesh_nearest bvh_nearest_below(fm_mesh_refs m, uint root, vec3 p, float bound2, uint hint) {
     mesh_nearest best = mesh_nearest(vec3(0), bound2, FM_GPU_NONE, FM_GPU_FACE);
     vec3 a, b, c;
     if (hint != FM_GPU_NONE) {
@@ -109,7 +109,7 @@ mesh_nearest bvh_nearest_offset(fm_mesh_refs m, vec3 p, float bound2, uint hint)
     uint waiting[BVH_STACK];
     float waiting_key[BVH_STACK];
     uint depth = 0;
-    uint node = any(isnan(p)) || any(isinf(p)) ? FM_GPU_NONE : 0;
+    uint node = any(isnan(p)) || any(isinf(p)) ? FM_GPU_NONE : root;
     while (node != FM_GPU_NONE || depth > 0) {
         if (node == FM_GPU_NONE) {
             depth--;
@@ -136,9 +136,23 @@ mesh_nearest bvh_nearest_offset(fm_mesh_refs m, vec3 p, float bound2, uint hint)
 }
 
 mesh_nearest bvh_nearest(fm_mesh_refs m, vec3 p, float bound2, uint hint) {
-    mesh_nearest best = bvh_nearest_offset(m, p, bound2, hint);
+    mesh_nearest best = bvh_nearest_below(m, 0, p, bound2, hint);
     best.point += p;
     return best;
+}
+
+// The lowest node below `root` that holds all triangles which come within `reach` of p.
+uint bvh_descend(fm_mesh_refs m, uint root, vec3 p, float reach) {
+    uint node = root;
+    bool deeper = true;
+    while (deeper) {
+        bvh_node n = bvh_load(m, node);
+        bool in0 = bvh_box_distance2(n.low0, n.high0, p) <= reach * reach;
+        bool in1 = bvh_box_distance2(n.low1, n.high1, p) <= reach * reach;
+        deeper = in0 != in1 && (in0 ? n.count.x : n.count.y) > FM_LEAF_TRIANGLES;
+        node = !deeper ? node : in0 ? n.child.x : n.child.y;
+    }
+    return node;
 }
 
 // A ray turned so that it runs along its longest axis. Source: Woop, Benthin and Wald 2013.

@@ -123,7 +123,55 @@ FM_PUSH_STRUCT(fm_tree_push) {
     fm_uint runs, run_tiles;
 };
 
+// Normals of features. Where the parts of the buffer `joints` lie: words of a triangle's three edges (the triangle across, or
+// FM_GPU_NONE) and of its three corners (the number of their position); for each position where the list of its triangles starts,
+// and the lists; four floats a position, its normal; and the edges across which nothing is joined, two vertices each.
+FM_PUSH_STRUCT(fm_joints) {
+    fm_address across;
+    fm_address places;
+    fm_address starts;
+    fm_address lists;
+    fm_address normals;
+    fm_address open_edges;
+    fm_uint position_count;
+    fm_uint open_count;
+};
+
+FM_PUSH_STRUCT(fm_normals_push) {
+    fm_mesh_refs mesh;
+    fm_address joints;  // an fm_joints
+};
+
+// Fields. A coarse block has 16^3 texels, a middle one 4^3: 64 of them to a coarse one.
+#define FM_SDF_COARSE 16
+#define FM_SDF_MIDDLE 4
+#define FM_SDF_UNSIGNED 0
+#define FM_SDF_PSEUDONORMAL 1
+#define FM_SDF_WINDING 2
+
+// What precedes the blocks in scratch memory: two lists, of coarse and of middle blocks to be looked into, and the band's width.
+#define FM_SDF_LIST_COARSE 0
+#define FM_SDF_LIST_MIDDLE 16
+#define FM_SDF_BAND 32
+#define FM_SDF_HEADER_BYTES 64
+
+// Texel i of an axis lies at origin + i spacing, each a sum of two floats.
+FM_PUSH_STRUCT(fm_sdf_push) {
+    fm_mesh_refs mesh;
+    fm_address distance;
+    fm_address triangles;  // 0: not wanted
+    fm_address scratch;
+    fm_address moments;
+    fm_address joints;  // an fm_joints
+    fm_uint size_xy;    // x | y << 16
+    fm_uint size_z;
+    fm_float origin[3], origin_rest[3];
+    fm_float spacing[3], spacing_rest[3];
+};
+
 #ifdef __STDC__
+_Static_assert(sizeof(fm_sdf_push) <= 128, "push constants are 128 bytes on every device");
+_Static_assert(sizeof(fm_joints) == 56, "as std430 lays it out");
 _Static_assert(sizeof(fm_query_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_tree_push) <= 128, "push constants are 128 bytes on every device");
 #endif
