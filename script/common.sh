@@ -10,7 +10,8 @@ libcjson-dev libvulkan-dev glslc mesa-vulkan-drivers"
 FATHOM_APP_PACKAGES="g++ libglfw3-dev libimgui-dev fonts-dejavu-core"
 
 # To run the tests, sanitizers and fuzzers too: these, and those of the painting program.
-FATHOM_TEST_PACKAGES="vulkan-validationlayers clang libclang-rt-dev python3-minimal xvfb xdotool openbox imagemagick"
+FATHOM_TEST_PACKAGES="vulkan-validationlayers clang libclang-rt-dev python3-minimal xvfb xdotool openbox imagemagick
+libnanovdb-tools python3-openvdb python3-numpy"
 
 fail() {
     echo "$(basename "$0"): $*" >&2
