@@ -71,8 +71,8 @@ typedef struct fm_mesh_info {
 // Worked out once, on the host, and kept. Errors: FM_ERROR_OUT_OF_HOST_MEMORY.
 FM_API fm_result fm_mesh_describe(fm_mesh *mesh, fm_mesh_info *info);
 
-// Number of pairs of triangles that intersect and share no vertex (by position). Exact: decided without rounding. Stops at `most`
-// (0: counts all). Errors: FM_ERROR_OUT_OF_HOST_MEMORY.
+// Number of pairs of triangles that intersect and share no vertex (by position). Exact: decided without rounding; touching counts,
+// and so do triangles without area. Stops at `most` (0: counts all). Errors: FM_ERROR_OUT_OF_HOST_MEMORY.
 FM_API fm_result fm_mesh_intersections(fm_mesh *mesh, uint64_t most, uint64_t *pairs);
 
 // ---------------------------------------------------------------------------------------------------------------------------
@@ -86,8 +86,8 @@ typedef struct fm_closest {
 } fm_closest;
 
 // The nearest point of the mesh to each position, if nearer than `bound` (0: no bound). `count` 0 is fine; a position that is not
-// finite finds nothing. Errors: FM_ERROR_INVALID_ARGUMENT for NULL or a bound below 0 or NaN, FM_ERROR_OUT_OF_HOST_MEMORY,
-// FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
+// finite, or above 1e18 in size, finds nothing. Lengths below 1e-18 are not told apart. Errors: FM_ERROR_INVALID_ARGUMENT for NULL
+// or a bound below 0 or NaN, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
 // Source: Ericson 2005, "Real-Time Collision Detection", section 5.1.5.
 FM_API fm_result fm_mesh_closest(fm_mesh *mesh, const float (*positions)[3], uint32_t count, float bound, fm_closest *closest);
 
