@@ -30,6 +30,7 @@ static fm_render_desc desc_of(const run *r, uint32_t camera) {
                             .width = r->what->width,
                             .height = r->what->height,
                             .march = r->what->march,
+                            .sun = {0.48f, -0.56f, 0.6757f},
                             .shadow = shaded ? FM_SHADOW_SOFT : FM_SHADOW_NONE,
                             .ambient_occlusion = shaded};
 }
@@ -145,8 +146,9 @@ static const char *time_updates(const run *r) {
     return failure;
 }
 
-static const char *count_steps(const run *r) {
-    double steps = 0, hits = 0, rays = 0;
+static const char *count_reads(const run *r) {
+    bench_render_result *result = r->result;
+    double rays = 0;
     for (uint32_t i = 0; i < r->count; i++) {
         fm_render_stats stats;
         fm_render_desc desc = desc_of(r, i);
@@ -155,13 +157,38 @@ static const char *count_steps(const run *r) {
             return fm_last_error();
         }
         rays += (double)stats.rays;
-        steps += (double)stats.steps;
-        hits += (double)stats.hits;
-        r->result->most_steps = fmax(r->result->most_steps, (double)stats.most_steps);
+        result->steps += (double)stats.steps;
+        result->hits += (double)stats.hits;
+        result->beam_reads += (double)stats.beam_reads;
+        result->sun_reads += (double)stats.sun_reads;
+        result->open_reads += (double)stats.occlusion_reads;
+        result->most_steps = fmax(result->most_steps, (double)stats.most_steps);
     }
-    r->result->steps = steps / rays;
-    r->result->hits = hits / rays;
+    double *const means[] = {&result->steps, &result->hits, &result->beam_reads, &result->sun_reads, &result->open_reads};
+    for (size_t i = 0; i < sizeof means / sizeof means[0]; i++) {
+        *means[i] /= rays;
+    }
     return NULL;
+}
+
+static const char *note_memory(const run *r) {
+    r->result->memory_count = BENCH_MAX_MEMORY;
+    return fm_context_memory(r->context, &r->result->memory_count, r->result->memory) == FM_OK ? NULL : fm_last_error();
+}
+
+static const char *check_pictures(const run *r) {
+    fm_render_desc *pictures = malloc(r->count * sizeof *pictures);
+    if (!pictures) {
+        return "out of memory for the check";
+    }
+    for (uint32_t i = 0; i < r->count; i++) {
+        pictures[i] = desc_of(r, i);
+    }
+    const bench_render_pictures given = {
+        .context = r->context, .world = r->world, .renderer = r->renderer, .pictures = pictures, .count = r->count};
+    const char *failure = bench_render_check(&given, r->result);
+    free(pictures);
+    return failure;
 }
 
 static const char *warm_up(const run *r) {
@@ -179,14 +206,18 @@ static const char *warm_up(const run *r) {
 }
 
 static const char *measure(const run *r) {
-    const char *failure = count_steps(r);
+    const char *failure = count_reads(r);
+    if (r->limits->rounds == 0) {
+        return failure;
+    }
     failure = failure ? failure : warm_up(r);
     failure = failure ? failure : time_path(r);
     failure = failure ? failure : time_stream(r);
     if (r->what->mode == BENCH_RENDER_EDITED) {
         failure = failure ? failure : time_updates(r);
     }
-    return failure;
+    failure = failure ? failure : note_memory(r);
+    return failure ? failure : check_pictures(r);
 }
 
 bool bench_render_measure(bench_session *session, fm_world *world, const fm_camera *cameras, uint32_t count,
@@ -210,8 +241,27 @@ bool bench_render_measure(bench_session *session, fm_world *world, const fm_came
     return !failure;
 }
 
-double bench_render_bytes(const bench_render_result *result) {
+// Bytes of an entry.
+static double width_of(const bench_render_result *result) {
     static const double widths[] = {4, 1, 2, 4};
-    const double width = result->what.march == FM_MARCH_PLAIN ? 4 : widths[result->what.desc.format];
-    return result->steps * width * result->what.width * result->what.height;
+    return widths[result->what.desc.format];
+}
+
+static double rays_of(const bench_render_result *result) {
+    return (double)result->what.width * result->what.height;
+}
+
+double bench_render_beam_bytes(const bench_render_result *result) {
+    // A tile's beam is written once.
+    return result->beam_reads > 0 ? rays_of(result) * (result->beam_reads * width_of(result) + 4.0 / 64) : 0;
+}
+
+double bench_render_march_bytes(const bench_render_result *result) {
+    const double width = width_of(result), step = result->what.march == FM_MARCH_PLAIN ? 4 : width;
+    const bool packed = result->what.desc.format == FM_FIELD_PACKED;
+    // A packed entry has the colour, and has just been read, unless by bits.
+    const double color = packed ? (result->what.march == FM_MARCH_PLAIN ? 4 : 0) : 1;
+    const double beam = result->beam_reads > 0 ? 4.0 / 64 : 0;
+    return rays_of(result) *
+           (result->steps * step + (result->sun_reads + result->open_reads) * width + result->hits * color + beam + 4);
 }

@@ -3,22 +3,43 @@
 #include "tables.h"
 #include "words.h"
 
+#include <inttypes.h>
+#include <string.h>
+
 const char *const bench_render_mode_words[] = {"faces", "shaded", "edited", NULL};
 
-bench_render_target bench_render_target_of(uint32_t size, bench_render_mode mode, fm_march march) {
-    if (march != FM_MARCH_SKIP) {
-        return (bench_render_target){0, 0};
+// On an H200, GPU timestamps, distance-skip march, cubes of terrain and city.
+static const struct {
+    uint32_t size, width, height;
+    bench_render_mode mode;
+    bench_render_target target;
+} targets[] = {
+    {512, 1280, 720, BENCH_RENDER_FACES, {0.4, 0.15}},
+    {1024, 1920, 1080, BENCH_RENDER_FACES, {1.0, 0.4}},
+    {1024, 1920, 1080, BENCH_RENDER_SHADED, {3, 1.5}},
+    {1024, 1920, 1080, BENCH_RENDER_EDITED, {500, 1500}},
+};
+
+bench_render_target bench_render_target_of(const bench_render_case *what) {
+    const fm_shape shape = what->desc.shape;
+    const bool scene = strcmp(what->scene, "terrain") == 0 || strcmp(what->scene, "city") == 0;
+    for (size_t i = 0; scene && what->march == FM_MARCH_SKIP && i < sizeof targets / sizeof targets[0]; i++) {
+        const uint32_t size = targets[i].size;
+        if (shape.x == size && shape.y == size && shape.z == size && what->width == targets[i].width &&
+            what->height == targets[i].height && what->mode == targets[i].mode) {
+            return targets[i].target;
+        }
     }
-    if (size == 512 && mode == BENCH_RENDER_FACES) {
-        return (bench_render_target){0.4, 0.15};
-    }
-    static const bench_render_target large[] = {{1.0, 0.4}, {3, 1.5}, {500, 1500}};
-    return size == 1024 ? large[mode] : (bench_render_target){0, 0};
+    return (bench_render_target){0, 0};
 }
 
-static const char *verdict(const bench_render_result *result, bench_render_target target) {
+static const char *verdict(const bench_render_result *result) {
+    const bench_render_target target = bench_render_target_of(&result->what);
     if (target.must <= 0 || result->failure[0]) {
         return "";
+    }
+    if (!strstr(result->device, "H200")) {
+        return "another device";
     }
     const bool edited = result->what.mode == BENCH_RENDER_EDITED;
     const double value = edited ? result->frames_per_second : result->gpu.median;
@@ -32,19 +53,46 @@ static double rays_per_second(const bench_render_result *result) {
     return result->gpu.median > 0 ? rays * 1e3 / result->gpu.median : 0;
 }
 
-// Time that the bytes of the primary rays' reads would take at the speed of a copy.
-static double floor_ms(const bench_render_result *result) {
-    return result->bandwidth > 0 ? bench_render_bytes(result) * 1e3 / result->bandwidth : 0;
+// Time that the bytes of a pass would take at the speed of a copy, and how much longer it took.
+static double floor_ms(const bench_render_result *result, double bytes) {
+    return result->bandwidth > 0 ? bytes * 1e3 / result->bandwidth : 0;
+}
+
+static double over_floor(const bench_render_result *result, const bench_stats *time, double bytes) {
+    const double least = floor_ms(result, bytes);
+    return least > 0 ? time->median / least : 0;
+}
+
+static void print_memory(FILE *stream, const bench_render_result *result) {
+    fprintf(stream, "    memory:");
+    const char *between = "";
+    for (uint32_t i = 0; i < result->memory_count; i++) {
+        const fm_memory *memory = &result->memory[i];
+        if (memory->bytes > 0) {
+            fprintf(stream, "%s %s%s %.1f MiB", between, memory->purpose, memory->device ? " (device)" : "",
+                    (double)memory->bytes / (1 << 20));
+            between = ",";
+        }
+    }
+    fprintf(stream, "\n");
 }
 
 void bench_render_print_header(FILE *stream) {
-    fprintf(stream, "%-8s %-12s %-10s %-9s %-7s %-5s %8s %8s %8s %8s %8s %8s %7s %6s %8s %8s %9s  %s\n", "scene", "world",
-            "picture", "format", "mode", "march", "ms", "least", "99 %", "beam", "march", "update", "steps", "hits", "Grays/s",
-            "floor ms", "frames/s", "target");
+    fprintf(
+        stream,
+        "%-8s %-12s %-10s %-9s %-7s %-5s %8s %8s %8s %7s %6s %6s %7s %6s | %8s %9s %8s %6s | %8s %9s %8s %6s | %9s %8s %6s  %s\n",
+        "scene", "world", "picture", "format", "mode", "march", "ms", "99 %", "update", "steps", "beam", "sun", "occl.", "hits",
+        "beam ms", "bytes", "floor ms", "/floor", "march ms", "bytes", "floor ms", "/floor", "frames/s", "checked", "wrong",
+        "target");
 }
 
-void bench_render_print(FILE *stream, const bench_render_result *result, bench_render_target target) {
+static void print_pass(FILE *stream, const bench_render_result *result, const bench_stats *time, double bytes) {
+    fprintf(stream, " %8.3f %9.3g %8.4f %6.1f |", time->median, bytes, floor_ms(result, bytes), over_floor(result, time, bytes));
+}
+
+void bench_render_print(FILE *stream, const bench_render_result *result) {
     const bench_render_case *what = &result->what;
+    const bench_render_target target = bench_render_target_of(what);
     char world[40], picture[32];
     bench_shape_text(what->desc.shape, world);
     snprintf(picture, sizeof picture, "%ux%u", what->width, what->height);
@@ -54,14 +102,17 @@ void bench_render_print(FILE *stream, const bench_render_result *result, bench_r
         fprintf(stream, "failed: %s\n", result->failure);
         return;
     }
-    fprintf(stream, "%8.3f %8.3f %8.3f %8.3f %8.3f %8.3f %7.2f %6.3f %8.2f %8.4f %9.1f  ", result->gpu.median, result->gpu.least,
-            result->gpu.p99, result->beam.median, result->march.median, result->update.median, result->steps, result->hits,
-            rays_per_second(result) * 1e-9, floor_ms(result), result->frames_per_second);
+    fprintf(stream, "%8.3f %8.3f %8.3f %7.2f %6.3f %6.2f %7.2f %6.3f |", result->gpu.median, result->gpu.p99, result->update.median,
+            result->steps, result->beam_reads, result->sun_reads, result->open_reads, result->hits);
+    print_pass(stream, result, &result->beam, bench_render_beam_bytes(result));
+    print_pass(stream, result, &result->march, bench_render_march_bytes(result));
+    fprintf(stream, " %9.1f %8" PRIu64 " %6" PRIu64 "  ", result->frames_per_second, result->checked, result->wrong);
     if (target.must > 0) {
         fprintf(stream, "%g, goal %g %s: %s", target.must, target.goal, what->mode == BENCH_RENDER_EDITED ? "frames/s" : "ms",
-                verdict(result, target));
+                verdict(result));
     }
     fprintf(stream, "\n");
+    print_memory(stream, result);
     fflush(stream);
 }
 
@@ -71,12 +122,29 @@ void bench_render_csv_header(FILE *stream) {
     bench_csv_stats_header(stream, "beam_ms");
     bench_csv_stats_header(stream, "march_ms");
     bench_csv_stats_header(stream, "update_ms");
-    fprintf(stream, ",steps_per_ray,most_steps,hits_per_ray,rays_per_second,field_bytes,copy_bytes_per_second,floor_ms,"
-                    "frames_per_second,must,goal,verdict,failure\n");
+    fprintf(stream, ",steps_per_ray,most_steps,hits_per_ray,beam_reads_per_ray,sun_reads_per_ray,occlusion_reads_per_ray,"
+                    "rays_per_second,beam_bytes,march_bytes,copy_bytes_per_second,beam_floor_ms,march_floor_ms,frames_per_second,"
+                    "checked,wrong,memory,must,goal,verdict,failure\n");
 }
 
-void bench_render_csv(FILE *stream, const bench_render_result *result, bench_render_target target) {
+// "voxels 4096; field 4096 on the device", in quotes.
+static void csv_memory(FILE *stream, const bench_render_result *result) {
+    const char *between = "";
+    fputc('"', stream);
+    for (uint32_t i = 0; i < result->memory_count; i++) {
+        const fm_memory *memory = &result->memory[i];
+        if (memory->bytes > 0) {
+            fprintf(stream, "%s%s %" PRIu64 "%s", between, memory->purpose, memory->bytes, memory->device ? " on the device" : "");
+            between = "; ";
+        }
+    }
+    fputc('"', stream);
+}
+
+void bench_render_csv(FILE *stream, const bench_render_result *result) {
     const bench_render_case *what = &result->what;
+    const bench_render_target target = bench_render_target_of(what);
+    const double beam = bench_render_beam_bytes(result), march = bench_render_march_bytes(result);
     fprintf(stream, "%s,%u,%u,%u,%u,%u,%s,%s,%s,", what->scene, what->desc.shape.x, what->desc.shape.y, what->desc.shape.z,
             what->width, what->height, fm_field_format_words[what->desc.format], bench_render_mode_words[what->mode],
             fm_march_words[what->march]);
@@ -85,15 +153,27 @@ void bench_render_csv(FILE *stream, const bench_render_result *result, bench_ren
     bench_csv_stats(stream, &result->beam);
     bench_csv_stats(stream, &result->march);
     bench_csv_stats(stream, &result->update);
-    fprintf(stream, ",%.4f,%.0f,%.5f,%.6g,%.6g,%.6g,%.6g,%.4f,%g,%g,%s,", result->steps, result->most_steps, result->hits,
-            rays_per_second(result), bench_render_bytes(result), result->bandwidth, floor_ms(result), result->frames_per_second,
-            target.must, target.goal, verdict(result, target));
+    fprintf(stream, ",%.4f,%.0f,%.5f,%.5f,%.4f,%.4f,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.4f,%" PRIu64 ",%" PRIu64 ",", result->steps,
+            result->most_steps, result->hits, result->beam_reads, result->sun_reads, result->open_reads, rays_per_second(result),
+            beam, march, result->bandwidth, floor_ms(result, beam), floor_ms(result, march), result->frames_per_second,
+            result->checked, result->wrong);
+    csv_memory(stream, result);
+    fprintf(stream, ",%g,%g,%s,", target.must, target.goal, verdict(result));
     bench_csv_text(stream, result->failure);
     fprintf(stream, "\n");
 }
 
-cJSON *bench_render_json(const bench_render_result *result, bench_render_target target) {
+// A pass's bytes and floor.
+static void json_pass(cJSON *row, const bench_render_result *result, const char *name, const bench_stats *time, double bytes) {
+    cJSON *pass = cJSON_AddObjectToObject(row, name);
+    cJSON_AddNumberToObject(pass, "bytes", bytes);
+    cJSON_AddNumberToObject(pass, "floor_ms", floor_ms(result, bytes));
+    cJSON_AddNumberToObject(pass, "over_floor", over_floor(result, time, bytes));
+}
+
+cJSON *bench_render_json(const bench_render_result *result) {
     const bench_render_case *what = &result->what;
+    const bench_render_target target = bench_render_target_of(what);
     cJSON *row = cJSON_CreateObject();
     cJSON_AddStringToObject(row, "scene", what->scene);
     cJSON_AddItemToObject(
@@ -113,14 +193,20 @@ cJSON *bench_render_json(const bench_render_result *result, bench_render_target 
     cJSON_AddNumberToObject(row, "most_steps", result->most_steps);
     cJSON_AddNumberToObject(row, "hits_per_ray", result->hits);
     cJSON_AddNumberToObject(row, "rays_per_second", rays_per_second(result));
-    cJSON_AddNumberToObject(row, "field_bytes", bench_render_bytes(result));
+    cJSON_AddNumberToObject(row, "beam_reads_per_ray", result->beam_reads);
+    cJSON_AddNumberToObject(row, "sun_reads_per_ray", result->sun_reads);
+    cJSON_AddNumberToObject(row, "occlusion_reads_per_ray", result->open_reads);
     cJSON_AddNumberToObject(row, "copy_bytes_per_second", result->bandwidth);
-    cJSON_AddNumberToObject(row, "floor_ms", floor_ms(result));
+    json_pass(row, result, "beam", &result->beam, bench_render_beam_bytes(result));
+    json_pass(row, result, "march_pass", &result->march, bench_render_march_bytes(result));
+    cJSON_AddNumberToObject(row, "checked", (double)result->checked);
+    cJSON_AddNumberToObject(row, "wrong", (double)result->wrong);
+    cJSON_AddItemToObject(row, "memory", bench_memory_json(result->memory, result->memory_count));
     cJSON_AddNumberToObject(row, "frames_per_second", result->frames_per_second);
     if (target.must > 0) {
         cJSON_AddNumberToObject(row, "must", target.must);
         cJSON_AddNumberToObject(row, "goal", target.goal);
-        cJSON_AddStringToObject(row, "verdict", verdict(result, target));
+        cJSON_AddStringToObject(row, "verdict", verdict(result));
     }
     if (result->failure[0]) {
         cJSON_AddStringToObject(row, "failure", result->failure);

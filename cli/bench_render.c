@@ -36,23 +36,19 @@ typedef struct render_tables {
 
 static void note(const render_plan *plan, const bench_render_result *result, render_tables *out) {
     const bench_render_case *what = &result->what;
-    const fm_shape s = what->desc.shape;
-    // Targets are those of the sizes that the issue of speed names.
-    const bool stands = s.x == s.y && s.y == s.z && what->height == (s.x == 512 ? 720 : 1080);
-    const bench_render_target target = bench_render_target_of(stands ? s.x : 0, what->mode, what->march);
     if (result->failure[0]) {
         cli_fail("bench render: %s: %s", what->scene, result->failure);
         out->failed = true;
     }
     if (!plan->quiet) {
-        bench_render_print(stdout, result, target);
+        bench_render_print(stdout, result);
     }
     out->measured = true;
     if (out->csv.stream) {
-        bench_render_csv(out->csv.stream, result, target);
+        bench_render_csv(out->csv.stream, result);
     }
     if (out->results) {
-        cJSON_AddItemToArray(out->results, bench_render_json(result, target));
+        cJSON_AddItemToArray(out->results, bench_render_json(result));
     }
 }
 
@@ -128,8 +124,8 @@ static bool print_device(const render_plan *plan, bench_session *session) {
     fm_context_device(context, &device);
     if (!plan->quiet) {
         printf("%s (%s): copy %.1f GB/s, read and written bytes counted\n", device.name, device.driver, bandwidth * 1e-9);
-        printf("times of pictures are %s; ms is the median over %u cameras; floor: the primary rays' field reads at the copy's "
-               "speed\n\n",
+        printf("times of pictures are %s; ms is the median over %u cameras; steps, beam, sun, occl.: field "
+               "reads a ray;\nfloor: a pass's bytes at the copy's speed, and how much longer it took\n\n",
                device.kind == FM_DEVICE_HOST ? "by the processor's clock" : "GPU timestamps", plan->cameras);
         bench_render_print_header(stdout);
     }
@@ -228,7 +224,7 @@ static void add_options(cli_args *args, render_args *a) {
                                      "face shading; soft shadows and ambient occlusion; an edit before each; default all"));
     a->march = cli_add(args, arg_str0(NULL, "march", "skip|box|plain,...", "default all; those after the first with faces only"));
     a->cameras = cli_add(args, arg_str0(NULL, "cameras", "N", "of the path; default 64"));
-    a->rounds = cli_add(args, arg_str0(NULL, "rounds", "N", "along it, at most 1000; default 7"));
+    a->rounds = cli_add(args, arg_str0(NULL, "rounds", "N", "along it, at most 1000, 0 only counts reads; default 7"));
     a->frames = cli_add(args, arg_str0(NULL, "frames", "N", "for frames/s, pictures asked for in a row; default 500"));
     a->seconds = cli_add(args, arg_str0(NULL, "seconds", "S", "begin no round of a case after this; default 5"));
     a->warm_up = cli_add(args, arg_str0(NULL, "warm-up", "S", "before each case; default 1"));
@@ -248,7 +244,7 @@ static bool read_numbers(const render_args *a, render_plan *p) {
     double warm_up = 0;
     int backend = 0;
     if (!cli_uint32("--cameras", given(a->cameras, "64"), 1, &p->cameras) ||
-        !cli_uint32("--rounds", given(a->rounds, "7"), 1, &p->limits.rounds) ||
+        !cli_uint32("--rounds", given(a->rounds, "7"), 0, &p->limits.rounds) ||
         !cli_uint32("--frames", given(a->frames, "500"), 1, &p->limits.frames) ||
         !cli_double("--seconds", given(a->seconds, "5"), &p->limits.seconds) ||
         !cli_double("--warm-up", given(a->warm_up, "1"), &warm_up) ||
