@@ -182,15 +182,26 @@ picture() {
     [ -z "${APP_PICTURES:-}" ] || cp "$work/$1.png" "$APP_PICTURES/"
 }
 
-# end_program: by Ctrl+Q; it must end well and have seen no validation message.
-end_program() {
-    now
-    xdotool key ctrl+q
+# wait_end: until the program has ended by itself; `status` is its exit status.
+wait_end() {
+    waited=0
+    while kill -0 "$program" 2>/dev/null; do
+        [ $waited -lt $((APP_TIMEOUT * 20)) ] || give_up "the program does not end"
+        sleep 0.05
+        waited=$((waited + 1))
+    done
     wait "$program"
     status=$?
     program=""
     [ $status = 0 ] || bad "the program ended with $status: $(tail -n 5 "$work/said")"
     grep -q '^quit validation 0$' "$log" || bad "no clean end in the log: $(grep -m 3 validation "$work/said")"
+}
+
+# end_program: by Ctrl+Q; it must end well and have seen no validation message.
+end_program() {
+    now
+    xdotool key ctrl+q
+    wait_end
 }
 
 finish() {

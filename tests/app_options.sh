@@ -98,13 +98,8 @@ press radius
 expect "the radius" '^settings .*radius='
 grep -v -e '^failed algorithm: ' "$log" | grep '^failed' && bad "something failed that should not"
 
-now
 press quit
-wait "$program"
-status=$?
-program=""
-[ $status = 0 ] || bad "the program ended with $status: $(tail -n 5 "$work/said")"
-grep -q '^quit validation 0$' "$log" || bad "validation messages: $(grep -m 3 validation "$work/said")"
+wait_end
 
 # A slice that the world has across one axis and not across another.
 start_program --validation --size 96,96,24 --view slice --pixels 4 --window 640x820 --backend "${APP_BACKEND:-vulkan}"
