@@ -17,7 +17,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { EDGE = 24, VOXELS = EDGE * EDGE * EDGE, EDITS = 12 };
+enum { EDGE = 24, VOXELS = EDGE * EDGE * EDGE, EDITS = 13 };
 
 static const fm_box all = {{0, 0, 0}, {EDGE, EDGE, EDGE}};
 
