@@ -36,6 +36,11 @@ typedef struct batch_start {
     uint32_t bundle, order, brush;
 } batch_start;
 
+// NULL of an array that has never held anything: there is nothing to count from.
+static void *element(const grown *array, uint64_t i, size_t size) {
+    return array->data ? (uint8_t *)array->data + i * size : NULL;
+}
+
 static fm_result grow(fm_world_queue *queue, grown *array, uint64_t count, size_t size, const char *what) {
     uint64_t wanted = count * size;
     if (count > UINT32_MAX) {
@@ -214,14 +219,14 @@ static fm_result bin_into(fm_world_queue *queue, uint32_t first, uint32_t begin,
     }
     uint64_t start = queue->order.count;
     uint64_t entries = 0;
-    fm_gpu_bundle *bundles = (fm_gpu_bundle *)queue->bundles.data + first;
-    for (uint32_t i = 0; i < queue->bundles.count - first; i++) {
+    fm_gpu_bundle *bundles = queue->bundles.data;
+    for (uint64_t i = first; i < queue->bundles.count; i++) {
         bundles[i].first_brush = (uint32_t)entries;
         entries += bundles[i].brush_count;
         bundles[i].brush_count = 0;
     }
     FM_TRY(grow(queue, &queue->order, start + entries, sizeof(uint32_t), "pairs of an edit and a bundle of rows"));
-    uint32_t *order = (uint32_t *)queue->order.data + start;
+    uint32_t *order = element(&queue->order, start, sizeof *order);
     for (uint32_t i = begin; i < end; i++) {
         FM_TRY(bin_brush(queue, first, i, order));
     }
@@ -308,9 +313,9 @@ fm_result fm_queue_job(fm_world_queue *queue, fm_world_job *job, const fm_box **
     fm_world_batch *batches = queue->batches.data;
     const batch_start *starts = queue->starts.data;
     for (uint32_t i = 0; i < queue->batches.count; i++) {
-        batches[i].bundles = (const fm_gpu_bundle *)queue->bundles.data + starts[i].bundle;
-        batches[i].order = (const uint32_t *)queue->order.data + starts[i].order;
-        batches[i].brushes = (const fm_gpu_brush *)queue->brushes.data + starts[i].brush;
+        batches[i].bundles = element(&queue->bundles, starts[i].bundle, sizeof *batches[i].bundles);
+        batches[i].order = element(&queue->order, starts[i].order, sizeof *batches[i].order);
+        batches[i].brushes = element(&queue->brushes, starts[i].brush, sizeof *batches[i].brushes);
     }
     job->batches = batches;
     job->batch_count = queue->batches.count;
