@@ -24,7 +24,7 @@ typedef struct fm_flight {
 } fm_flight;
 
 // Words of a flight's readback memory.
-enum { FM_COUNTED_Y = 0, FM_COUNTED_Z, FM_COUNTED_CHUNKS /* and the following: gpu_chunks.c */, FM_READBACK_WORDS = 64 };
+enum { FM_COUNTED_Y = 0, FM_COUNTED_Z, FM_COUNTED_CHUNKS /* gpu_chunk_relax.c */, FM_READBACK_WORDS = 64 };
 
 struct fm_gpu_world {
     fm_gpu *gpu;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// The rows of columns along y or z, of a transform or a world: column (slice, x) runs along y in slice z, or along z in slice y when
-// ALONG_Z. Expects memory.glsl, `push` with the grid's axes, and the constant ALONG_Z.
+// The rows of columns along y or z, of a transform or a world: column (slice, x) runs along y in slice z, or along z in slice y
+// when ALONG_Z. Expects memory.glsl, `push` with the grid's axes, and the constant ALONG_Z.
 
 uint column_rows() {
     return ALONG_Z ? push.z : push.y;
