@@ -111,9 +111,6 @@ fm_result fm_mesh_sdf(fm_mesh *mesh, const fm_sdf_desc *desc, fm_volume *distanc
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", mesh ? "distance" : "mesh");
     }
     FM_TRY(check_field(mesh, desc, distance, triangles));
-    if (mesh->context->gpu) {
-        return fm_fail(FM_ERROR_UNSUPPORTED, "fields of meshes are not computed on Vulkan yet: use FM_BACKEND_CPU");
-    }
     fm_sdf_info resolved;
     FM_TRY(resolve_sign(mesh, desc->sign, &resolved));
     const fm_volume_desc *grid = &distance->desc;
@@ -125,9 +122,13 @@ fm_result fm_mesh_sdf(fm_mesh *mesh, const fm_sdf_desc *desc, fm_volume *distanc
         widest = fmax(widest, grid->spacing[axis]);
     }
     plan.band = desc->far_texels == FM_FAR_EXACT ? INFINITY : (float)((desc->band > 0 ? (double)desc->band : 3) * widest);
-    FM_TRY(fm_host_sdf(mesh, &plan, distance, triangles));
-    if (ticket) {
-        *ticket = 0;
+    if (mesh->context->gpu) {
+        FM_TRY(fm_gpu_mesh_sdf(mesh, &plan, distance, triangles, ticket));
+    } else {
+        FM_TRY(fm_host_sdf(mesh, &plan, distance, triangles));
+        if (ticket) {
+            *ticket = 0;
+        }
     }
     if (info) {
         *info = resolved;

@@ -33,12 +33,14 @@ bool mesh_triangle_fits(vec3 a, vec3 b, vec3 c) {
     return mesh_fits(a) && mesh_fits(b) && mesh_fits(c);
 }
 
-// The nearest point of a segment, as seen from the origin: `point` is an offset.
-void keep_segment(vec3 a, vec3 e, uint number, inout mesh_nearest best, inout float best_t) {
+// The nearest point of a segment, as seen from the origin: `point` is an offset. From the nearer end, so that an end that is far away
+// does no harm.
+void keep_segment(vec3 a, vec3 b, uint number, inout mesh_nearest best, inout float best_t) {
+    vec3 e = b - a;
     float length2 = dot(e, e);
     float along = -dot(a, e);
     float t = along <= 0 ? 0 : along >= length2 ? 1 : along / length2;
-    vec3 offset = a + t * e;
+    vec3 offset = t > 0.5 ? b + (t - 1) * e : a + t * e;
     float distance2 = dot(offset, offset);
     if (distance2 < best.distance2) {
         best.point = offset;
@@ -58,9 +60,9 @@ mesh_nearest origin_nearest(vec3 a, vec3 b, vec3 c) {
     best.feature = FM_GPU_CORNER_0;
     best.point = a;
     float t = 0;
-    keep_segment(a, b - a, 0, best, t);
-    keep_segment(b, c - b, 1, best, t);
-    keep_segment(c, a - c, 2, best, t);
+    keep_segment(a, b, 0, best, t);
+    keep_segment(b, c, 1, best, t);
+    keep_segment(c, a, 2, best, t);
     if (best.feature >= FM_GPU_CORNER_0) {
         return best;
     }
