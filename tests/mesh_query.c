@@ -345,6 +345,19 @@ static fm_result query_with_little_memory(fm_context *poor, void *user) {
     return status;
 }
 
+// Host memory is counted as that of meshes, and given back.
+static uint64_t mesh_bytes(void) {
+    enum { MOST = 32 };
+    fm_memory memory[MOST];
+    uint32_t count = MOST;
+    uint64_t bytes = 0;
+    CHECK_OK(fm_context_memory(context, &count, memory));
+    for (uint32_t i = 0; i < count; i++) {
+        bytes += !memory[i].device && strcmp(memory[i].purpose, "meshes") == 0 ? memory[i].bytes : 0;
+    }
+    return bytes;
+}
+
 int main(void) {
     if (!CHECK_OK(fm_context_create(&(fm_context_desc){.backend = FM_BACKEND_CPU, .threads = 2}, &context))) {
         return check_summary();
@@ -376,6 +389,13 @@ int main(void) {
     odd_rays();
     deformed();
     bad_arguments();
+    CHECK(mesh_bytes() == 0);
+    scene_mesh box = scene_mesh_box((const float[]){0, 0, 0}, (const float[]){1, 1, 1});
+    fm_mesh *mesh = make(&box);
+    CHECK(mesh_bytes() > 8 * sizeof *box.vertices + 12 * sizeof *box.triangles);
+    fm_mesh_destroy(mesh);
+    scene_mesh_free(&box);
+    CHECK(mesh_bytes() == 0);
     fm_context_destroy(context);
     return check_summary();
 }

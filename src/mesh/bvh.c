@@ -4,15 +4,15 @@
 
 #include <string.h>
 
-static void free_arrays(const fm_allocator *allocator, fm_bvh *bvh) {
-    fm_free(allocator, bvh->nodes, bvh->node_room * sizeof *bvh->nodes);
-    fm_free(allocator, bvh->leaves, bvh->leaf_room * sizeof *bvh->leaves);
+static void free_arrays(fm_context *context, fm_bvh *bvh) {
+    fm_mesh_free(context, bvh->nodes, bvh->node_room * sizeof *bvh->nodes);
+    fm_mesh_free(context, bvh->leaves, bvh->leaf_room * sizeof *bvh->leaves);
 }
 
-void fm_bvh_destroy(const fm_allocator *allocator, fm_bvh *bvh) {
+void fm_bvh_destroy(fm_context *context, fm_bvh *bvh) {
     if (bvh) {
-        free_arrays(allocator, bvh);
-        fm_free(allocator, bvh, sizeof *bvh);
+        free_arrays(context, bvh);
+        fm_mesh_free(context, bvh, sizeof *bvh);
     }
 }
 
@@ -26,7 +26,7 @@ static const fm_bvh_kernels *choose_kernels(void) {
 }
 
 fm_result fm_bvh_prepare(fm_mesh *mesh) {
-    const fm_allocator *allocator = &mesh->context->allocator;
+    fm_context *context = mesh->context;
     fm_bvh *bvh = mesh->bvh;
     if (bvh && bvh->version == mesh->version) {
         return FM_OK;
@@ -35,18 +35,18 @@ fm_result fm_bvh_prepare(fm_mesh *mesh) {
         bvh->version = mesh->version;
         return FM_OK;
     }
-    fm_bvh *made = fm_alloc_zero(allocator, sizeof *made, "a tree");
+    fm_bvh *made = fm_mesh_alloc_zero(context, sizeof *made, "a tree");
     if (!made) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     made->kernels = choose_kernels();
     const fm_result status = fm_bvh_build(mesh, made);
     if (status != FM_OK) {
-        fm_bvh_destroy(allocator, made);
+        fm_bvh_destroy(context, made);
         return status;
     }
     made->version = made->built_version = mesh->version;
-    fm_bvh_destroy(allocator, bvh);
+    fm_bvh_destroy(context, bvh);
     mesh->bvh = made;
     return FM_OK;
 }

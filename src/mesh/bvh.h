@@ -26,7 +26,7 @@ typedef struct fm_nearest {
 
 // Makes the mesh's tree, or brings it up to date; threads of the mesh's context work on it.
 fm_result fm_bvh_prepare(fm_mesh *mesh);
-void fm_bvh_destroy(const fm_allocator *allocator, fm_bvh *bvh);
+void fm_bvh_destroy(fm_context *context, fm_bvh *bvh);
 
 // The queries take a mesh whose tree is prepared. They may run on many threads at once.
 

@@ -411,14 +411,14 @@ static bool make_items(build *b) {
 }
 
 static fm_result build_wide(build *b) {
-    const fm_allocator *allocator = &b->mesh->context->allocator;
+    fm_context *context = b->mesh->context;
     fm_bvh *bvh = b->bvh;
     const uint32_t leaves = count_leaves(b, 0);
     // The root, and others of at least two children each.
     bvh->node_room = leaves;
     bvh->leaf_room = leaves;
-    bvh->nodes = fm_alloc(allocator, bvh->node_room * sizeof *bvh->nodes, "a tree's nodes");
-    bvh->leaves = fm_alloc(allocator, bvh->leaf_room * sizeof *bvh->leaves, "a tree's leaves");
+    bvh->nodes = fm_mesh_alloc(context, bvh->node_room * sizeof *bvh->nodes, "a tree's nodes");
+    bvh->leaves = fm_mesh_alloc(context, bvh->leaf_room * sizeof *bvh->leaves, "a tree's leaves");
     if (!bvh->nodes || !bvh->leaves) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -428,22 +428,22 @@ static fm_result build_wide(build *b) {
 }
 
 fm_result fm_bvh_build(const fm_mesh *mesh, fm_bvh *bvh) {
-    const fm_allocator *allocator = &mesh->context->allocator;
+    fm_context *context = mesh->context;
     const uint32_t most_tasks = 8 * fm_pool_threads(mesh->context->pool);
     const uint64_t triangles = mesh->triangle_count;
     build b = {.mesh = mesh, .bvh = bvh};
-    b.items = fm_alloc(allocator, triangles * sizeof *b.items, "a tree's triangles");
-    b.pairs = fm_alloc(allocator, 2 * triangles * sizeof *b.pairs, "a tree's first nodes");
-    b.tasks = fm_alloc(allocator, most_tasks * sizeof *b.tasks, "a tree's tasks");
+    b.items = fm_mesh_alloc(context, triangles * sizeof *b.items, "a tree's triangles");
+    b.pairs = fm_mesh_alloc(context, 2 * triangles * sizeof *b.pairs, "a tree's first nodes");
+    b.tasks = fm_mesh_alloc(context, most_tasks * sizeof *b.tasks, "a tree's tasks");
     fm_result status = b.items && b.pairs && b.tasks ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
     if (status == FM_OK && make_items(&b)) {
         split_pairs(&b, most_tasks);
         status = build_wide(&b);
     }
     bvh->triangle_count = status == FM_OK ? b.item_count : 0;
-    fm_free(allocator, b.items, triangles * sizeof *b.items);
-    fm_free(allocator, b.pairs, 2 * triangles * sizeof *b.pairs);
-    fm_free(allocator, b.tasks, most_tasks * sizeof *b.tasks);
+    fm_mesh_free(context, b.items, triangles * sizeof *b.items);
+    fm_mesh_free(context, b.pairs, 2 * triangles * sizeof *b.pairs);
+    fm_mesh_free(context, b.tasks, most_tasks * sizeof *b.tasks);
     return status;
 }
 

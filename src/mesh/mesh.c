@@ -11,6 +11,29 @@
 
 static const uint64_t MOST_TRIANGLES = (UINT64_C(1) << 31) - 1;
 
+void *fm_mesh_alloc(fm_context *context, uint64_t bytes, const char *what) {
+    void *memory = fm_alloc(&context->allocator, bytes, what);
+    if (memory) {
+        fm_meter_add(&context->host[FM_PURPOSE_MESHES], bytes);
+    }
+    return memory;
+}
+
+void *fm_mesh_alloc_zero(fm_context *context, uint64_t bytes, const char *what) {
+    void *memory = fm_mesh_alloc(context, bytes, what);
+    if (memory) {
+        memset(memory, 0, bytes);
+    }
+    return memory;
+}
+
+void fm_mesh_free(fm_context *context, void *memory, uint64_t bytes) {
+    if (memory) {
+        fm_free(&context->allocator, memory, bytes);
+        fm_meter_remove(&context->host[FM_PURPOSE_MESHES], bytes);
+    }
+}
+
 static fm_result check_desc(const fm_mesh_desc *desc) {
     if (desc->vertex_count > UINT32_MAX) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "vertex_count is %" PRIu64 ": at most %u", desc->vertex_count, UINT32_MAX);
@@ -45,15 +68,15 @@ fm_result fm_mesh_create(fm_context *context, const fm_mesh_desc *desc, fm_mesh 
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", context ? "mesh" : "context");
     }
     FM_TRY(check_desc(desc));
-    fm_mesh *mesh = fm_alloc_zero(&context->allocator, sizeof *mesh, "a mesh");
+    fm_mesh *mesh = fm_mesh_alloc_zero(context, sizeof *mesh, "a mesh");
     if (!mesh) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     mesh->context = context;
     mesh->vertex_count = desc->vertex_count;
     mesh->triangle_count = desc->triangle_count;
-    mesh->vertices = fm_alloc(&context->allocator, desc->vertex_count * sizeof *mesh->vertices, "a mesh's vertices");
-    mesh->triangles = fm_alloc(&context->allocator, desc->triangle_count * sizeof *mesh->triangles, "a mesh's triangles");
+    mesh->vertices = fm_mesh_alloc(context, desc->vertex_count * sizeof *mesh->vertices, "a mesh's vertices");
+    mesh->triangles = fm_mesh_alloc(context, desc->triangle_count * sizeof *mesh->triangles, "a mesh's triangles");
     if (!mesh->vertices || !mesh->triangles) {
         fm_mesh_destroy(mesh);
         return FM_ERROR_OUT_OF_HOST_MEMORY;
@@ -79,22 +102,22 @@ void fm_mesh_destroy(fm_mesh *mesh) {
     if (!mesh) {
         return;
     }
-    const fm_allocator *allocator = &mesh->context->allocator;
+    fm_context *context = mesh->context;
     fm_gpu_mesh_destroy(mesh);
-    fm_bvh_destroy(allocator, mesh->bvh);
-    fm_topology_destroy(allocator, mesh);
-    fm_winding_destroy(allocator, mesh->winding);
-    fm_free(allocator, mesh->vertices, mesh->vertex_count * sizeof *mesh->vertices);
-    fm_free(allocator, mesh->triangles, mesh->triangle_count * sizeof *mesh->triangles);
-    fm_free(allocator, mesh, sizeof *mesh);
+    fm_bvh_destroy(context, mesh->bvh);
+    fm_topology_destroy(mesh);
+    fm_winding_destroy(context, mesh->winding);
+    fm_mesh_free(context, mesh->vertices, mesh->vertex_count * sizeof *mesh->vertices);
+    fm_mesh_free(context, mesh->triangles, mesh->triangle_count * sizeof *mesh->triangles);
+    fm_mesh_free(context, mesh, sizeof *mesh);
 }
 
 // Another array takes the place of the old one, which is put back if the device does not take it.
 static fm_result deform_device(fm_mesh *mesh, const float (*vertices)[3]) {
-    const fm_allocator *allocator = &mesh->context->allocator;
+    fm_context *context = mesh->context;
     const uint64_t bytes = mesh->vertex_count * sizeof *mesh->vertices;
     float(*before)[3] = mesh->vertices;
-    float(*after)[3] = fm_alloc(allocator, bytes, "a mesh's vertices");
+    float(*after)[3] = fm_mesh_alloc(context, bytes, "a mesh's vertices");
     if (!after) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -102,7 +125,7 @@ static fm_result deform_device(fm_mesh *mesh, const float (*vertices)[3]) {
     mesh->vertices = after;
     const fm_result status = fm_gpu_mesh_upload(mesh);
     mesh->vertices = status == FM_OK ? after : before;
-    fm_free(allocator, status == FM_OK ? before : after, bytes);
+    fm_mesh_free(context, status == FM_OK ? before : after, bytes);
     return status;
 }
 

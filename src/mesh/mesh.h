@@ -30,6 +30,11 @@ struct fm_mesh {
     uint64_t intersects_version;
 };
 
+// Host memory of meshes, counted as such; else as fm_alloc and fm_free. For the thread of the context.
+void *fm_mesh_alloc(fm_context *context, uint64_t bytes, const char *what);
+void *fm_mesh_alloc_zero(fm_context *context, uint64_t bytes, const char *what);
+void fm_mesh_free(fm_context *context, void *memory, uint64_t bytes);
+
 // A coordinate whose square, and sums of such squares, a float can hold.
 static inline bool fm_coordinate_fits(float x) {
     return fabsf(x) <= 1e18f;  // false for NaN

@@ -12,7 +12,7 @@ fm_result fm_scene_create(fm_context *context, fm_scene **result) {
     if (!context || !result) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", context ? "scene" : "context");
     }
-    fm_scene *scene = fm_alloc_zero(&context->allocator, sizeof *scene, "a scene");
+    fm_scene *scene = fm_mesh_alloc_zero(context, sizeof *scene, "a scene");
     if (!scene) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -30,12 +30,12 @@ void fm_scene_destroy(fm_scene *scene) {
     if (!scene) {
         return;
     }
-    const fm_allocator *allocator = &scene->context->allocator;
+    fm_context *context = scene->context;
     fm_mesh_destroy(scene->mesh);
-    fm_free(allocator, scene->objects, scene->object_room * sizeof *scene->objects);
-    fm_free(allocator, scene->rest, scene->vertex_room * sizeof *scene->rest);
-    fm_free(allocator, scene->triangles, scene->triangle_room * sizeof *scene->triangles);
-    fm_free(allocator, scene, sizeof *scene);
+    fm_mesh_free(context, scene->objects, scene->object_room * sizeof *scene->objects);
+    fm_mesh_free(context, scene->rest, scene->vertex_room * sizeof *scene->rest);
+    fm_mesh_free(context, scene->triangles, scene->triangle_room * sizeof *scene->triangles);
+    fm_mesh_free(context, scene, sizeof *scene);
 }
 
 fm_mesh *fm_scene_mesh(fm_scene *scene) {
@@ -43,20 +43,19 @@ fm_mesh *fm_scene_mesh(fm_scene *scene) {
 }
 
 // Room for `count` elements in an array that has room for `*room`.
-static fm_result make_room(const fm_allocator *allocator, void **array, uint64_t *room, uint64_t used, uint64_t count,
-                           size_t size) {
+static fm_result make_room(fm_context *context, void **array, uint64_t *room, uint64_t used, uint64_t count, size_t size) {
     if (count <= *room) {
         return FM_OK;
     }
     const uint64_t wanted = fm_max_u64(count, 2 * *room);
-    void *larger = fm_alloc(allocator, wanted * size, "a scene");
+    void *larger = fm_mesh_alloc(context, wanted * size, "a scene");
     if (!larger) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     if (used > 0) {
         memcpy(larger, *array, used * size);
     }
-    fm_free(allocator, *array, *room * size);
+    fm_mesh_free(context, *array, *room * size);
     *array = larger;
     *room = wanted;
     return FM_OK;
@@ -108,13 +107,13 @@ static fm_result check_added(const fm_scene *scene, const fm_mesh *mesh) {
 fm_result fm_scene_add(fm_scene *scene, const fm_mesh *mesh, const fm_transform3 *place, uint32_t *object) {
     FM_TRY(check_added(scene, mesh));
     FM_TRY(check_place(place));
-    const fm_allocator *allocator = &scene->context->allocator;
+    fm_context *context = scene->context;
     const uint64_t vertices = scene->vertex_count, triangles = scene->triangle_count;
-    FM_TRY(make_room(allocator, (void **)&scene->objects, &scene->object_room, scene->object_count, scene->object_count + 1,
+    FM_TRY(make_room(context, (void **)&scene->objects, &scene->object_room, scene->object_count, scene->object_count + 1,
                      sizeof *scene->objects));
-    FM_TRY(make_room(allocator, (void **)&scene->rest, &scene->vertex_room, vertices, vertices + mesh->vertex_count,
+    FM_TRY(make_room(context, (void **)&scene->rest, &scene->vertex_room, vertices, vertices + mesh->vertex_count,
                      sizeof *scene->rest));
-    FM_TRY(make_room(allocator, (void **)&scene->triangles, &scene->triangle_room, triangles, triangles + mesh->triangle_count,
+    FM_TRY(make_room(context, (void **)&scene->triangles, &scene->triangle_room, triangles, triangles + mesh->triangle_count,
                      sizeof *scene->triangles));
     for (uint64_t i = 0; i < mesh->vertex_count; i++) {
         memcpy(scene->rest[vertices + i], mesh->vertices[i], sizeof *scene->rest);

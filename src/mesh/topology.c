@@ -314,18 +314,18 @@ static void fill(builder *b) {
     measure(b->mesh, &b->topology->info);
 }
 
-static void free_topology(const fm_allocator *allocator, const fm_mesh *mesh, fm_topology *topology) {
+static void free_topology(fm_context *context, const fm_mesh *mesh, fm_topology *topology) {
     if (!topology) {
         return;
     }
-    fm_free(allocator, topology->distinct, mesh->vertex_count * sizeof *topology->distinct);
-    fm_free(allocator, topology->across, mesh->triangle_count * sizeof *topology->across);
-    fm_free(allocator, topology->corner_normals, topology->positions * sizeof *topology->corner_normals);
-    fm_free(allocator, topology, sizeof *topology);
+    fm_mesh_free(context, topology->distinct, mesh->vertex_count * sizeof *topology->distinct);
+    fm_mesh_free(context, topology->across, mesh->triangle_count * sizeof *topology->across);
+    fm_mesh_free(context, topology->corner_normals, topology->positions * sizeof *topology->corner_normals);
+    fm_mesh_free(context, topology, sizeof *topology);
 }
 
-void fm_topology_destroy(const fm_allocator *allocator, fm_mesh *mesh) {
-    free_topology(allocator, mesh, mesh->topology);
+void fm_topology_destroy(fm_mesh *mesh) {
+    free_topology(mesh->context, mesh, mesh->topology);
     mesh->topology = NULL;
 }
 
@@ -333,30 +333,30 @@ fm_result fm_topology_prepare(fm_mesh *mesh) {
     if (mesh->topology) {
         return FM_OK;
     }
-    const fm_allocator *allocator = &mesh->context->allocator;
+    fm_context *context = mesh->context;
     const uint64_t vertices = mesh->vertex_count, triangles = mesh->triangle_count;
-    fm_topology *topology = fm_alloc_zero(allocator, sizeof *topology, "a mesh's topology");
+    fm_topology *topology = fm_mesh_alloc_zero(context, sizeof *topology, "a mesh's topology");
     if (!topology) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     builder b = {.mesh = mesh, .topology = topology, .slots = slots_for(fm_max_u64(vertices, triangles))};
-    topology->distinct = fm_alloc(allocator, vertices * sizeof *topology->distinct, "a mesh's positions");
-    topology->across = fm_alloc(allocator, triangles * sizeof *topology->across, "a mesh's neighbours");
-    b.table = fm_alloc(allocator, b.slots * sizeof *b.table, "a table of positions");
-    b.parts = fm_alloc(allocator, vertices * sizeof *b.parts, "a mesh's parts");
-    b.starts = fm_alloc(allocator, (vertices + 1) * sizeof *b.starts, "a mesh's edges");
-    b.edges = fm_alloc(allocator, 3 * triangles * sizeof *b.edges, "a mesh's edges");
+    topology->distinct = fm_mesh_alloc(context, vertices * sizeof *topology->distinct, "a mesh's positions");
+    topology->across = fm_mesh_alloc(context, triangles * sizeof *topology->across, "a mesh's neighbours");
+    b.table = fm_mesh_alloc(context, b.slots * sizeof *b.table, "a table of positions");
+    b.parts = fm_mesh_alloc(context, vertices * sizeof *b.parts, "a mesh's parts");
+    b.starts = fm_mesh_alloc(context, (vertices + 1) * sizeof *b.starts, "a mesh's edges");
+    b.edges = fm_mesh_alloc(context, 3 * triangles * sizeof *b.edges, "a mesh's edges");
     const bool good = topology->distinct && topology->across && b.table && b.parts && b.starts && b.edges;
     if (good) {
         fill(&b);
         mesh->topology = topology;
     } else {
-        free_topology(allocator, mesh, topology);
+        free_topology(context, mesh, topology);
     }
-    fm_free(allocator, b.table, b.slots * sizeof *b.table);
-    fm_free(allocator, b.parts, vertices * sizeof *b.parts);
-    fm_free(allocator, b.starts, (vertices + 1) * sizeof *b.starts);
-    fm_free(allocator, b.edges, 3 * triangles * sizeof *b.edges);
+    fm_mesh_free(context, b.table, b.slots * sizeof *b.table);
+    fm_mesh_free(context, b.parts, vertices * sizeof *b.parts);
+    fm_mesh_free(context, b.starts, (vertices + 1) * sizeof *b.starts);
+    fm_mesh_free(context, b.edges, 3 * triangles * sizeof *b.edges);
     return good ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }
 

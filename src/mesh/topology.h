@@ -20,7 +20,7 @@ struct fm_topology {
 fm_result fm_topology_prepare(fm_mesh *mesh);
 // The normals too, for the present positions.
 fm_result fm_pseudonormals_prepare(fm_mesh *mesh);
-void fm_topology_destroy(const fm_allocator *allocator, fm_mesh *mesh);
+void fm_topology_destroy(fm_mesh *mesh);
 
 // The pseudonormal of a triangle's feature, not of unit length. Source: Baerentzen and Aanaes 2005, "Signed distance computation
 // using the angle weighted pseudonormal".

@@ -115,7 +115,7 @@ fm_result fm_pseudonormals_prepare(fm_mesh *mesh) {
     }
     const uint64_t bytes = topology->positions * sizeof *topology->corner_normals;
     if (!topology->corner_normals) {
-        topology->corner_normals = fm_alloc(&mesh->context->allocator, bytes, "a mesh's normals");
+        topology->corner_normals = fm_mesh_alloc(mesh->context, bytes, "a mesh's normals");
         if (!topology->corner_normals) {
             return FM_ERROR_OUT_OF_HOST_MEMORY;
         }

@@ -187,36 +187,36 @@ static void fill(const fm_mesh *mesh, fm_winding_lanes *lanes, moments *totals) 
     }
 }
 
-void fm_winding_destroy(const fm_allocator *allocator, fm_winding *winding) {
+void fm_winding_destroy(fm_context *context, fm_winding *winding) {
     if (winding) {
-        fm_free(allocator, winding->nodes, winding->node_room * sizeof *winding->nodes);
-        fm_free(allocator, winding, sizeof *winding);
+        fm_mesh_free(context, winding->nodes, winding->node_room * sizeof *winding->nodes);
+        fm_mesh_free(context, winding, sizeof *winding);
     }
 }
 
 fm_result fm_winding_prepare(fm_mesh *mesh) {
-    const fm_allocator *allocator = &mesh->context->allocator;
+    fm_context *context = mesh->context;
     FM_TRY(fm_bvh_prepare(mesh));
     if (mesh->winding && mesh->winding->version == mesh->version) {
         return FM_OK;
     }
     const uint32_t nodes = mesh->bvh->node_count;
-    fm_winding *winding = fm_alloc_zero(allocator, sizeof *winding, "a mesh's winding numbers");
+    fm_winding *winding = fm_mesh_alloc_zero(context, sizeof *winding, "a mesh's winding numbers");
     if (!winding) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     winding->node_room = nodes;
-    winding->nodes = fm_alloc(allocator, nodes * sizeof *winding->nodes, "a mesh's moments");
-    moments *totals = fm_alloc(allocator, nodes * sizeof *totals, "a mesh's moments");
+    winding->nodes = fm_mesh_alloc(context, nodes * sizeof *winding->nodes, "a mesh's moments");
+    moments *totals = fm_mesh_alloc(context, nodes * sizeof *totals, "a mesh's moments");
     if (!winding->nodes || !totals) {
-        fm_free(allocator, totals, nodes * sizeof *totals);
-        fm_winding_destroy(allocator, winding);
+        fm_mesh_free(context, totals, nodes * sizeof *totals);
+        fm_winding_destroy(context, winding);
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     fill(mesh, winding->nodes, totals);
-    fm_free(allocator, totals, nodes * sizeof *totals);
+    fm_mesh_free(context, totals, nodes * sizeof *totals);
     winding->version = mesh->version;
-    fm_winding_destroy(allocator, mesh->winding);
+    fm_winding_destroy(context, mesh->winding);
     mesh->winding = winding;
     return FM_OK;
 }
