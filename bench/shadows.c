@@ -22,7 +22,7 @@ static const bench_shadow_way ways[] = {
 // The times of the pictures that are compared: things at rest there, and moving until there.
 static const double compared_time = 0.3, step = 0.01;
 
-enum { NOISE_FRAMES = 6, MAX_PASSES = 128 };
+enum { NOISE_FRAMES = 3, MAX_PASSES = 128 };
 
 struct bench_shadow_stage {
     bench_shadow_case what;
@@ -124,6 +124,7 @@ static fm_deferred_desc picture_of(const bench_shadow_case *what, const stage_sc
         .jitter = way->blended,
         .taa = way->blended,
         .frame = frame,
+        .map_edge = what->map_edge,
         .light_count = 1,
         .lights = {{.way = {0.55f, -0.35f, 0.9f}, .size = what->light}}};
 }
@@ -214,7 +215,7 @@ static double true_ball_share(double x, double spread) {
 
 // A row of pixels under the ball, which hides nothing from there, from under its middle outwards.
 static bool penumbra_error(bench_shadow_stage *stage, const bench_shadow_way *way, double *error) {
-    enum { COUNT = 512, FRAMES = 8 };
+    enum { COUNT = 512, FRAMES = 4 };
     static double x[COUNT], measured[COUNT], truth[COUNT];
     static float shares[COUNT], depths[COUNT];
     const bench_shadow_case *what = &stage->what;

@@ -32,9 +32,10 @@ typedef struct bench_shadow_case {
     uint32_t edge;       // texels along the field's longest edge; RTSDF's coarse field has half
     uint32_t rays;       // RTSDF: a texel and frame
     uint32_t width, height;
-    uint32_t truth;   // samples a pixel of the truth
-    uint32_t frames;  // timed, and those before the pictures that are compared; at most BENCH_STATS_MAX
-    float light;      // half the angle of the sun, in degrees
+    uint32_t map_edge;  // texels along a cascade
+    uint32_t truth;     // samples a pixel of the truth
+    uint32_t frames;    // timed, and those before the pictures that are compared; at most BENCH_STATS_MAX
+    float light;        // half the angle of the sun, in degrees
 } bench_shadow_case;
 
 typedef struct bench_shadow_result {

@@ -50,7 +50,7 @@ static bool build_table(stage_scene *s, uint32_t triangles) {
 }
 
 static bool build_ball(stage_scene *s) {
-    return add_floor(s) && add(s, scene_mesh_sphere(129, 256, (const float[3]){0, 0, stage_ball_height}, stage_ball_radius), NULL);
+    return add_floor(s) && add(s, scene_mesh_sphere(65, 128, (const float[3]){0, 0, stage_ball_height}, stage_ball_radius), NULL);
 }
 
 static bool make_fields(stage_scene *s, const bench_shadow_case *what) {

@@ -101,7 +101,8 @@ static int run(const shadow_plan *plan) {
 }
 
 typedef struct shadow_args {
-    struct arg_str *picture, *edge, *triangles, *rays, *truth, *frames, *light, *backend, *device, *threads, *csv, *pictures;
+    struct arg_str *picture, *edge, *triangles, *rays, *map_edge, *truth, *frames, *light, *backend, *device, *threads, *csv,
+        *pictures;
     struct arg_lit *quiet;
 } shadow_args;
 
@@ -110,6 +111,7 @@ static void add_options(cli_args *args, shadow_args *a) {
     a->edge = cli_add(args, arg_str0(NULL, "edge", "N", "texels along the fields; RTSDF's coarse one has half; default 256"));
     a->triangles = cli_add(args, arg_str0(NULL, "triangles", "N", "about so many that move; default 86000"));
     a->rays = cli_add(args, arg_str0(NULL, "rays", "X", "RTSDF: a texel and frame; default 5"));
+    a->map_edge = cli_add(args, arg_str0(NULL, "map-edge", "N", "texels along each of four cascades; default 1024"));
     a->truth = cli_add(args, arg_str0(NULL, "truth", "N", "rays a pixel of the truth; default 1024"));
     a->frames = cli_add(args, arg_str0(NULL, "frames", "N", "timed, and before each comparison; default 32"));
     a->light = cli_add(args, arg_str0(NULL, "light", "DEGREES", "half the angle of the sun; default 3"));
@@ -134,6 +136,7 @@ static bool read_plan(const shadow_args *a, shadow_plan *p) {
         !cli_uint32("--edge", given(a->edge, "256"), 8, &p->what.edge) ||
         !cli_uint32("--triangles", given(a->triangles, "86000"), 100, &p->what.triangles) ||
         !cli_uint32("--rays", given(a->rays, "5"), 0, &p->what.rays) ||
+        !cli_uint32("--map-edge", given(a->map_edge, "1024"), 16, &p->what.map_edge) ||
         !cli_uint32("--truth", given(a->truth, "1024"), 1, &p->what.truth) ||
         !cli_uint32("--frames", given(a->frames, "32"), 1, &p->what.frames) ||
         !cli_double("--light", given(a->light, "3"), &light) ||
@@ -141,8 +144,10 @@ static bool read_plan(const shadow_args *a, shadow_plan *p) {
         (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &p->session.threads))) {
         return false;
     }
-    if (p->what.frames > BENCH_STATS_MAX || p->what.edge > 1024 || p->what.truth > 65536 || light <= 0 || light >= 45) {
-        cli_usage("--frames is at most %d, --edge at most 1024, --truth at most 65536, --light above 0 and below 45",
+    if (p->what.frames > BENCH_STATS_MAX || p->what.edge > 1024 || p->what.truth > 65536 || p->what.map_edge > 8192 || light <= 0 ||
+        light >= 45) {
+        cli_usage("--frames is at most %d, --edge at most 1024, --truth at most 65536, --map-edge at most 8192, --light above 0 "
+                  "and below 45",
                   BENCH_STATS_MAX);
         return false;
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the kernels of a deferred picture share: its constants, rays through the mesh, and which pixel an invocation owns. Work groups
-// are tiles of 8 x 8.
+// What the kernels of a deferred picture share: its constants, rays through the mesh, and which pixel an invocation owns. Work
+// groups are tiles of 8 x 8.
 
 #include "memory.glsl"
 #include "bvh.glsl"
