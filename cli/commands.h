@@ -9,6 +9,8 @@ int command_info(int argc, char **argv);
 int command_scene(int argc, char **argv);
 int command_slice(int argc, char **argv);
 int command_transform(int argc, char **argv);
+int command_sdf(int argc, char **argv);
+int command_voxelize(int argc, char **argv);
 int command_convert(int argc, char **argv);
 int command_world(int argc, char **argv);
 int command_render(int argc, char **argv);

@@ -124,8 +124,18 @@ double fm_boundary_gradient(const fm_boundary *boundary, const double at[3], dou
     return sum / (4 * 3.14159265358979323846);
 }
 
-// The solid angle over 2 of the spherical triangle of the directions to an edge's ends and of -x.
-static double curtain_of(const fm_boundary_edge *edge, const double at[3]) {
+typedef struct turn {
+    double x, y;
+} turn;
+
+static turn turn_by(turn a, turn b) {
+    const turn both = {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x};
+    const double size = fabs(both.x) + fabs(both.y);
+    return size > 0 ? (turn){both.x / size, both.y / size} : a;
+}
+
+// Turned by half the solid angle of the spherical triangle of the directions to an edge's ends and of -x.
+static turn curtain_of(const fm_boundary_edge *edge, const double at[3]) {
     double a[3], b[3];
     for (int axis = 0; axis < 3; axis++) {
         a[axis] = edge->from[axis] - at[axis];
@@ -134,16 +144,19 @@ static double curtain_of(const fm_boundary_edge *edge, const double at[3]) {
     const double a_length = sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
     const double b_length = sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
     // Van Oosterom and Strackee 1983, with the third direction (-1, 0, 0).
-    const double triple = -(a[1] * b[2] - a[2] * b[1]);
-    const double scale = a_length * b_length + (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) - a[0] * b_length - b[0] * a_length;
-    return atan2(triple, scale);
+    return (turn){a_length * b_length + (a[0] * b[0] + a[1] * b[1] + a[2] * b[2]) - a[0] * b_length - b[0] * a_length,
+                  a[2] * b[1] - a[1] * b[2]};
 }
 
 double fm_boundary_curtain(const fm_boundary *boundary, const double at[3]) {
-    double sum = 0;
+    // A winding number of 1 is a full turn of halves of solid angles, so that whole ones fall away.
+    turn sum = {1, 0};
     for (uint64_t i = 0; i < boundary->count; i++) {
-        sum += boundary->edges[i].times * curtain_of(&boundary->edges[i], at);
+        const turn one = curtain_of(&boundary->edges[i], at);
+        for (int32_t k = 0; k < boundary->edges[i].times; k++) {
+            sum = turn_by(sum, one);
+        }
     }
     // The curtain runs along each edge against the mesh.
-    return -sum / (2 * 3.14159265358979323846);
+    return -atan2(sum.y, sum.x) / (2 * 3.14159265358979323846);
 }

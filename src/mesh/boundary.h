@@ -27,7 +27,7 @@ void fm_boundary_destroy(const fm_allocator *allocator, fm_boundary *boundary);
 
 // What the winding number may change by for each unit of length within `radius` of a place; +infinity next to the boundary.
 double fm_boundary_gradient(const fm_boundary *boundary, const double at[3], double radius);
-// The winding number of the boundary's curtain, whose fraction counts.
+// The winding number of the boundary's curtain but for a whole number.
 double fm_boundary_curtain(const fm_boundary *boundary, const double at[3]);
 
 // fm_sign_winding for a mesh with a boundary.

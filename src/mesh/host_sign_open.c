@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Sides of texels by winding numbers that change gradually, for the mesh is open. A block of texels falls into parts within which
 // neighbours have no surface between them: the balls that their distances leave empty overlap. Along a way through a part the
-// winding number changes by no more than its gradient allows, so that mostly one of the part's texels speaks for all.
+// winding number changes by no more than its gradient allows, so that mostly one of the part's texels speaks for many.
 
 #include "mesh/boundary.h"
 #include "mesh/winding.h"
@@ -9,7 +9,8 @@
 enum {
     BLOCK = 8,
     BLOCK_TEXELS = BLOCK * BLOCK * BLOCK,
-    SHORT_BOUNDARY = 1 << 14  // edges: one that is longer is not walked for each texel
+    SHORT_BOUNDARY = 1 << 12,  // edges: one that is longer is not walked for single texels
+    LONG_BOUNDARY = 1 << 16    // nor for blocks
 };
 
 typedef struct job {
@@ -25,7 +26,7 @@ typedef struct block {
     uint32_t low[3], size[3];
     float distance[BLOCK_TEXELS];  // at most this far from the surface there is none
     bool seen[BLOCK_TEXELS], inside[BLOCK_TEXELS];
-    uint16_t part[BLOCK_TEXELS];  // the texels of the part at hand
+    uint16_t part[BLOCK_TEXELS];  // the texels that the one at hand speaks for
     uint32_t count;
 } block;
 
@@ -40,7 +41,7 @@ static void place(const job *work, const block *b, uint32_t texel, double at[3])
 static double winding_at(const job *work, const double at[3]) {
     const float position[3] = {(float)at[0], (float)at[1], (float)at[2]};
     const double about = (double)fm_winding_at(work->mesh, position, 2);
-    if (fabs(about - 0.5) > 0.1) {
+    if (fabs(about - 0.5) > 0.03) {
         return about;
     }
     if (work->boundary->count > SHORT_BOUNDARY) {
@@ -50,19 +51,17 @@ static double winding_at(const job *work, const double at[3]) {
     return round(about + curtain) - curtain;
 }
 
-// Lists the texels that are in one part with the seed. Returns the longest way from it, in steps.
-static uint32_t gather(const job *work, block *b, uint32_t seed) {
+// Lists the texels that are in one part with the seed and at most so many steps away.
+static void gather(const job *work, block *b, uint32_t seed, uint32_t most) {
     static const uint32_t strides[3] = {1, BLOCK, BLOCK * BLOCK};
-    uint8_t steps[BLOCK_TEXELS];
-    uint32_t longest = 0;
+    uint16_t steps[BLOCK_TEXELS];
     b->count = 0;
     b->part[b->count++] = (uint16_t)seed;
     b->seen[seed] = true;
     steps[seed] = 0;
     for (uint32_t next = 0; next < b->count; next++) {
         const uint32_t texel = b->part[next];
-        longest = steps[texel] > longest ? steps[texel] : longest;
-        for (int way = 0; way < 6; way++) {
+        for (int way = 0; way < 6 && steps[texel] < most; way++) {
             const int axis = way / 2;
             const uint32_t index = texel / strides[axis] % BLOCK;
             if (way % 2 ? index + 1 >= b->size[axis] : index == 0) {
@@ -71,26 +70,22 @@ static uint32_t gather(const job *work, block *b, uint32_t seed) {
             const uint32_t other = way % 2 ? texel + strides[axis] : texel - strides[axis];
             if (!b->seen[other] && (double)(b->distance[texel] + b->distance[other]) > work->grid->spacing[axis] * 1.0001) {
                 b->seen[other] = true;
-                steps[other] = steps[texel] == UINT8_MAX ? UINT8_MAX : (uint8_t)(steps[texel] + 1);
+                steps[other] = (uint16_t)(steps[texel] + 1);
                 b->part[b->count++] = (uint16_t)other;
             }
         }
     }
-    return longest;
 }
 
+// Decides the seed and what the gradient lets it speak for.
 static void decide(const job *work, block *b, uint32_t seed, double gradient) {
-    const uint32_t steps = gather(work, b, seed);
     double at[3];
     place(work, b, seed, at);
     const double winding = winding_at(work, at);
-    const bool sure = steps < UINT8_MAX && fabs(winding - 0.5) > gradient * steps * work->widest + 1e-5;
+    const double steps = (fabs(winding - 0.5) - 1e-5) / (gradient * work->widest);
+    gather(work, b, seed, steps > 0 ? (uint32_t)fmin(steps, BLOCK_TEXELS) : 0);
     for (uint32_t i = 0; i < b->count; i++) {
-        const uint32_t texel = b->part[i];
-        if (!sure && texel != seed) {
-            place(work, b, texel, at);
-        }
-        b->inside[texel] = (sure || texel == seed ? winding : winding_at(work, at)) > 0.5;
+        b->inside[b->part[i]] = winding > 0.5;
     }
 }
 
@@ -141,7 +136,7 @@ static void sign_blocks(void *user, uint64_t begin, uint64_t end, uint32_t worke
             middle[axis] = fm_grid_at(work->grid, axis, b.low[axis]) + half;
             radius2 += half * half;
         }
-        const bool walked = work->boundary->count <= SHORT_BOUNDARY;
+        const bool walked = work->boundary->count <= LONG_BOUNDARY;
         const double gradient = walked ? fm_boundary_gradient(work->boundary, middle, sqrt(radius2)) : INFINITY;
         // The middle first: from there ways are short.
         const uint32_t first = b.size[0] / 2 + BLOCK * (b.size[1] / 2 + BLOCK * (b.size[2] / 2));
