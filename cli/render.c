@@ -2,11 +2,11 @@
 // fathom render: pictures and films of a world.
 
 #include "render.h"
-#include "camera.h"
 #include "cli.h"
 #include "commands.h"
 #include "files.h"
 #include "method.h"
+#include "path.h"
 #include "video.h"
 #include "words.h"
 #include "world.h"
@@ -17,12 +17,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_KEYS = 1024, MAX_PASSES = 128, TIMED_RUNS = 5, WARM_UP_MS = 300 };
-
-// Where a camera is and looks: position, yaw, pitch, field of view.
-typedef struct camera_key {
-    double v[6];
-} camera_key;
+enum { MAX_PASSES = 128, TIMED_RUNS = 5, WARM_UP_MS = 300 };
 
 typedef struct render_request {
     const char *in;
@@ -32,11 +27,8 @@ typedef struct render_request {
     fm_world_desc world;
     const method_options *method;
     fm_render_desc desc;  // camera aside
-    bool camera_given, around_given, slice_middle, stats, quiet;
-    camera_key camera;
-    double around[6];  // target, distance (0: one that suits), yaw, pitch
-    camera_key keys[MAX_KEYS];
-    uint32_t key_count, frames;
+    bool slice_middle, stats, quiet;
+    camera_path path;
     double fps;
     const char *out;
 } render_request;
@@ -49,41 +41,9 @@ typedef struct stage {
     uint8_t *pixels;
 } stage;
 
-// Half-way between keys the camera moves as fast as at them: a cubic through four of them (Catmull and Rom 1974).
-static camera_key between(const camera_key *keys, uint32_t count, double place) {
-    const uint32_t first = place >= count - 1 ? (count > 1 ? count - 2 : 0) : (uint32_t)place;
-    const double t = place - first;
-    camera_key result;
-    const camera_key *b = &keys[first], *c = &keys[first + 1 < count ? first + 1 : first];
-    const camera_key *a = first > 0 ? b - 1 : b, *d = first + 2 < count ? c + 1 : c;
-    for (int i = 0; i < 6; i++) {
-        result.v[i] =
-            b->v[i] +
-            0.5 * t *
-                (c->v[i] - a->v[i] +
-                 t * (2 * a->v[i] - 5 * b->v[i] + 4 * c->v[i] - d->v[i] + t * (3 * (b->v[i] - c->v[i]) + d->v[i] - a->v[i])));
-    }
-    return result;
-}
-
 static fm_camera camera_of(const render_request *request, uint32_t frame) {
-    const fm_shape shape = request->world.shape;
     const double aspect = (double)request->desc.width / request->desc.height;
-    const double turn = 360.0 * frame / request->frames;
-    if (request->key_count) {
-        const double place = request->frames > 1 ? (double)frame * (request->key_count - 1) / (request->frames - 1) : 0;
-        const camera_key key = between(request->keys, request->key_count, place);
-        return camera_look(key.v, key.v[3], key.v[4], key.v[5]);
-    }
-    if (request->camera_given) {
-        return camera_look(request->camera.v, request->camera.v[3] + turn, request->camera.v[4], request->camera.v[5]);
-    }
-    if (!request->around_given) {
-        return camera_fit(shape, aspect, 50 + turn, -32, 60);
-    }
-    const double longest = fmax(shape.x, fmax(shape.y, shape.z));
-    const double *around = request->around;
-    return camera_around(around, around[3] > 0 ? around[3] : 0.6 * longest, around[4] + turn, around[5], 60);
+    return camera_path_at(&request->path, request->world.shape, aspect, frame);
 }
 
 static int render(const stage *s, fm_camera camera) {
@@ -102,10 +62,10 @@ static void numbered(const char *path, uint32_t number, char *text, size_t size)
 static int write_pictures(const stage *s) {
     const render_request *request = s->request;
     int status = CLI_DONE;
-    for (uint32_t i = 0; status == CLI_DONE && i < request->frames; i++) {
+    for (uint32_t i = 0; status == CLI_DONE && i < request->path.frames; i++) {
         char path[4096];
         numbered(request->out, i, path, sizeof path);
-        const char *name = request->frames > 1 ? path : request->out;
+        const char *name = request->path.frames > 1 ? path : request->out;
         status = render(s, camera_of(request, i));
         if (status == CLI_DONE && fm_image_write_png(name, request->desc.width, request->desc.height, 4, s->pixels) != FM_OK) {
             status = cli_library_failed();
@@ -121,7 +81,7 @@ static int write_film(const stage *s) {
         return CLI_FAILED;
     }
     bool good = true;
-    for (uint32_t i = 0; good && i < request->frames; i++) {
+    for (uint32_t i = 0; good && i < request->path.frames; i++) {
         good = render(s, camera_of(request, i)) == CLI_DONE && video_frame(film, s->pixels);
     }
     return video_end(film, good);
@@ -210,7 +170,7 @@ static int work(render_request *request, stage *s, const fm_volume *start) {
     int status = !request->out ? CLI_DONE : video_name(request->out) ? write_film(s) : write_pictures(s);
     if (status == CLI_DONE && request->out && !request->quiet) {
         printf("%s: %u x %u pixels%s\n", request->out, request->desc.width, request->desc.height,
-               request->frames > 1 ? ", a path" : "");
+               request->path.frames > 1 ? ", a path" : "");
     }
     return status == CLI_DONE && request->stats ? print_stats(s) : status;
 }
@@ -218,7 +178,7 @@ static int work(render_request *request, stage *s, const fm_volume *start) {
 static int run(render_request *request) {
     int status = !request->out              ? CLI_DONE
                  : video_name(request->out) ? files_output_check(request->out)
-                 : request->frames > 1      ? files_output_check(request->out)
+                 : request->path.frames > 1 ? files_output_check(request->out)
                                             : files_picture_check(request->out);
     if (status != CLI_DONE) {
         return status;
@@ -239,9 +199,9 @@ static int run(render_request *request) {
 }
 
 typedef struct render_args {
-    struct arg_str *in, *out, *size, *camera, *look_at, *path, *keys, *fps, *march, *view, *shadow, *sun, *slice, *occlusion,
-        *backend, *device, *threads;
+    struct arg_str *in, *out, *size, *fps, *march, *view, *shadow, *sun, *slice, *occlusion, *backend, *device, *threads;
     struct arg_lit *crosshair, *stats, *quiet;
+    path_options path;
     files_input input;
     method_options method;
 } render_args;
@@ -250,12 +210,7 @@ static void add_options(cli_args *args, render_args *a) {
     a->in = cli_add(args, arg_str1(NULL, NULL, "WORLD", "a volume file, or scene:NAME:SIZE"));
     a->out = cli_add(args, arg_str0("o", "out", "FILE", "the picture, .png; a film, .mp4 or .webm, by ffmpeg"));
     a->size = cli_add(args, arg_str0(NULL, "size", "WxH", "default 1280x720"));
-    a->camera =
-        cli_add(args, arg_str0(NULL, "camera", "X,Y,Z,YAW,PITCH[,FOV]",
-                               "in voxels and degrees: yaw 0 looks along +x, 90 along +y, pitch 90 up; default: all is seen"));
-    a->look_at = cli_add(args, arg_str0(NULL, "look-at", "X,Y,Z[,DISTANCE[,YAW[,PITCH]]]", "a camera around a place"));
-    a->path = cli_add(args, arg_str0(NULL, "path", "N", "N pictures, numbered, or frames: once around, or along --keys"));
-    a->keys = cli_add(args, arg_str0(NULL, "keys", "FILE", "cameras as in --camera, one a line, for --path"));
+    path_options_add(args, &a->path);
     a->fps = cli_add(args, arg_str0(NULL, "fps", "F", "of a film; default 30"));
     a->march = cli_add(args, arg_str0(NULL, "march", "skip|box|plain", "how rays use the field; default skip"));
     a->view = cli_add(args, arg_str0(NULL, "view", "color|steps|normal|distance|slice|difference", "default color"));
@@ -277,94 +232,13 @@ static const char *given(const struct arg_str *option, const char *otherwise) {
     return option->count ? option->sval[0] : otherwise;
 }
 
-// Numbers with commas between them; false unless all of the text is `least` to `most` of them. The others stay.
-static bool numbers(const char *text, int least, int most, double *values) {
-    int count = 0;
-    for (const char *at = text; count < most; at++) {
-        char *end;
-        values[count] = strtod(at, &end);
-        if (end == at || !isfinite(values[count])) {
-            return false;
-        }
-        count++;
-        at = end;
-        if (*at != ',') {
-            return *at == '\0' && count >= least;
-        }
-    }
-    return false;
-}
-
-static bool read_camera(const char *what, const char *text, camera_key *key) {
-    *key = (camera_key){{0, 0, 0, 0, 0, 60}};
-    if (!numbers(text, 5, 6, key->v) || !(key->v[5] > 0 && key->v[5] < 180)) {
-        cli_usage("%s is \"%s\": X,Y,Z,YAW,PITCH or X,Y,Z,YAW,PITCH,FOV is wanted, the last above 0 and below 180", what, text);
-        return false;
-    }
-    return true;
-}
-
-static bool read_keys(const char *path, render_request *r) {
-    FILE *file = fopen(path, "r");
-    if (!file) {
-        cli_usage("--keys is \"%s\": it cannot be read", path);
-        return false;
-    }
-    char line[512];
-    bool good = true;
-    for (int number = 1; good && fgets(line, sizeof line, file); number++) {
-        line[strcspn(line, "#\r\n")] = '\0';
-        if (line[strspn(line, " \t")] == '\0') {
-            continue;
-        }
-        char what[64];
-        snprintf(what, sizeof what, "line %d of --keys", number);
-        good = read_camera(what, line, &r->keys[r->key_count]);
-        if (good && ++r->key_count == MAX_KEYS) {
-            cli_usage("--keys has %d cameras or more: use fewer", MAX_KEYS);
-            good = false;
-        }
-    }
-    fclose(file);
-    if (good && r->key_count == 0) {
-        cli_usage("--keys is \"%s\": no line of it is a camera", path);
-        good = false;
-    }
-    return good;
-}
-
-static bool read_cameras(const render_args *a, render_request *r) {
-    const char *wrong = NULL;
-    r->frames = 1;
-    r->around[4] = 50;
-    r->around[5] = -32;
-    r->camera_given = a->camera->count > 0;
-    r->around_given = a->look_at->count > 0;
-    if ((r->camera_given || r->around_given || a->keys->count) && (r->camera_given + r->around_given + (a->keys->count > 0)) > 1) {
-        wrong = "--camera, --look-at and --keys: one of them is enough";
-    } else if (a->keys->count && !a->path->count) {
-        wrong = "--keys is given without --path: how many pictures shall there be?";
-    }
-    if (wrong) {
-        cli_usage("%s", wrong);
-        return false;
-    }
-    if (r->around_given && !numbers(a->look_at->sval[0], 3, 6, r->around)) {
-        cli_usage("--look-at is \"%s\": X,Y,Z is wanted, then, if you like, a distance, yaw and pitch", a->look_at->sval[0]);
-        return false;
-    }
-    return (!r->camera_given || read_camera("--camera", a->camera->sval[0], &r->camera)) &&
-           (!a->path->count || cli_uint32("--path", a->path->sval[0], 1, &r->frames)) &&
-           (!a->keys->count || read_keys(a->keys->sval[0], r));
-}
-
 static bool read_slice(const render_args *a, render_request *r) {
     const char *text = given(a->slice, "z");
     const char *axis = strchr("xyz", text[0]);
     double index = 0;
     r->slice_middle = text[0] && text[1] == '\0';
     if (!text[0] || !axis ||
-        (!r->slice_middle && (text[1] != ',' || !numbers(text + 2, 1, 1, &index) || index < 0 || index > 16383))) {
+        (!r->slice_middle && (text[1] != ',' || !path_numbers(text + 2, 1, 1, &index) || index < 0 || index > 16383))) {
         cli_usage("--slice is \"%s\": x, y or z is wanted, or one of them with a slice: z,10", text);
         return false;
     }
@@ -437,7 +311,7 @@ static bool read_rest(const render_args *a, render_request *r) {
         wrong = "render: --out or --stats is needed: see fathom render --help";
     } else if (!(r->fps > 0 && r->fps <= 1000)) {
         wrong = "--fps is above 0 and at most 1000";
-    } else if (r->out && !video_name(r->out) && r->frames > 1 &&
+    } else if (r->out && !video_name(r->out) && r->path.frames > 1 &&
                (length < 5 || length > 4000 || strcmp(r->out + length - 4, ".png") != 0)) {
         wrong = "--out with --path is numbered pictures, NAME.png, or a film, NAME.mp4 or NAME.webm";
     }
@@ -462,8 +336,8 @@ int command_render(int argc, char **argv) {
     if (cli_parse(&args, &help, argc, argv, &status)) {
         static render_request request;
         request = (render_request){.method = &options.method};
-        const bool good = read_world(&options, &request) && read_look(&options, &request) && read_cameras(&options, &request) &&
-                          read_rest(&options, &request);
+        const bool good = read_world(&options, &request) && read_look(&options, &request) &&
+                          path_options_read(&options.path, &request.path) && read_rest(&options, &request);
         status = good ? run(&request) : CLI_USAGE;
     }
     cli_free(&args);

@@ -23,6 +23,51 @@ struct video {
     size_t bytes;  // of a frame
 };
 
+// The film in the making, for a signal that ends the program.
+static video *volatile current;
+
+enum { SIGNALS = 4 };
+static const int signals[SIGNALS] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT};
+static struct sigaction before[SIGNALS];
+
+// Leaves no part of a film, then does what would have been done without one.
+static void end_by_signal(int number) {
+    const video *film = current;
+    current = NULL;
+    if (film) {
+        kill(film->child, SIGKILL);
+        waitpid(film->child, NULL, 0);
+        unlink(film->temporary);
+    }
+    for (int i = 0; i < SIGNALS; i++) {
+        if (signals[i] == number) {
+            sigaction(number, &before[i], NULL);
+        }
+    }
+    raise(number);
+}
+
+static void catch_signals(video *film) {
+    struct sigaction action = {0};
+    action.sa_handler = end_by_signal;
+    sigemptyset(&action.sa_mask);
+    current = film;
+    for (int i = 0; i < SIGNALS; i++) {
+        sigaction(signals[i], NULL, &before[i]);
+        // A signal that was ignored when the program started (nohup) stays so.
+        if (before[i].sa_handler != SIG_IGN) {
+            sigaction(signals[i], &action, NULL);
+        }
+    }
+}
+
+static void release_signals(void) {
+    for (int i = 0; i < SIGNALS; i++) {
+        sigaction(signals[i], &before[i], NULL);
+    }
+    current = NULL;
+}
+
 static const char *ending(const char *path) {
     const char *dot = strrchr(path, '.');
     return dot ? dot : "";
@@ -34,22 +79,34 @@ bool video_name(const char *path) {
 
 static int spawn(video *film, const char *size, const char *rate, int input) {
     const bool webm = strcasecmp(ending(film->path), ".webm") == 0;
+    // A name may begin with "-" or have a ":", which are options and protocols to ffmpeg.
+    char target[sizeof film->temporary + 8];
+    snprintf(target, sizeof target, "file:%s", film->temporary);
     const char *const words[] = {
         "ffmpeg", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgba", "-s", size, "-r", rate, "-i", "-",
         // Both codecs want even sides.
         "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p", "-c:v", webm ? "libvpx-vp9" : "libx264", "-crf",
-        webm ? "28" : "18", "-b:v", "0", "-f", webm ? "webm" : "mp4", film->temporary, NULL};
+        webm ? "28" : "18", "-b:v", "0", "-f", webm ? "webm" : "mp4", target, NULL};
     posix_spawn_file_actions_t actions;
+    posix_spawnattr_t attributes;
     int result = posix_spawn_file_actions_init(&actions);
     if (result != 0) {
         return result;
     }
+    result = posix_spawnattr_init(&attributes);
+    if (result != 0) {
+        posix_spawn_file_actions_destroy(&actions);
+        return result;
+    }
+    // A group of its own: Ctrl-C is for us to hear.
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
     result = posix_spawn_file_actions_adddup2(&actions, input, STDIN_FILENO);
     // spawn takes strings that it could write to, and does not.
     char *arguments[sizeof words / sizeof words[0]];
     memcpy(arguments, words, sizeof words);
-    result = result == 0 ? posix_spawnp(&film->child, "ffmpeg", &actions, NULL, arguments, environ) : result;
+    result = result == 0 ? posix_spawnp(&film->child, "ffmpeg", &actions, &attributes, arguments, environ) : result;
     posix_spawn_file_actions_destroy(&actions);
+    posix_spawnattr_destroy(&attributes);
     return result;
 }
 
@@ -78,15 +135,16 @@ video *video_begin(const char *path, uint32_t width, uint32_t height, double fps
                  path);
         return NULL;
     }
+    catch_signals(film);
     return film;
 }
 
 bool video_frame(video *film, const uint8_t *pixels) {
     // When ffmpeg has ended, that is an error of the write.
-    struct sigaction ignore = {0}, before;
+    struct sigaction ignore = {0}, broken;
     ignore.sa_handler = SIG_IGN;
     sigemptyset(&ignore.sa_mask);
-    sigaction(SIGPIPE, &ignore, &before);
+    sigaction(SIGPIPE, &ignore, &broken);
     size_t left = film->bytes;
     bool good = true;
     while (good && left > 0) {
@@ -95,7 +153,7 @@ bool video_frame(video *film, const uint8_t *pixels) {
         pixels += count > 0 ? count : 0;
         left -= count > 0 ? (size_t)count : 0;
     }
-    sigaction(SIGPIPE, &before, NULL);
+    sigaction(SIGPIPE, &broken, NULL);
     if (!good) {
         cli_fail("%s: ffmpeg takes no more frames: its own message says why", film->path);
     }
@@ -117,6 +175,7 @@ int video_end(video *film, bool good) {
     if (result != CLI_DONE) {
         unlink(film->temporary);
     }
+    release_signals();
     free(film);
     return result;
 }
