@@ -151,6 +151,24 @@ static void moving(void) {
     }
 }
 
+// Two of one shape are two parts, wherever they are.
+static void twins(void) {
+    expected e = {0};
+    fm_scene *scene = NULL;
+    CHECK_OK(fm_scene_create(context, &scene));
+    for (int i = 0; i < 2; i++) {
+        add(scene, &e, scene_mesh_box((const float[]){-1, -1, -1}, (const float[]){1, 1, 1}),
+            place_at(0, 0, (const float[]){3.0f * (float)i, 0, 0}));
+    }
+    CHECK_OK(fm_scene_update(scene, FM_TREE_REFIT, NULL));
+    fm_mesh_info info;
+    CHECK_OK(fm_mesh_describe(fm_scene_mesh(scene), &info));
+    CHECK(info.closed && info.components == 2 && info.duplicate == 0 && fabs(info.volume - 16) < 1e-9);
+    fm_scene_destroy(scene);
+    scene_mesh_free(&e.shapes[0]);
+    scene_mesh_free(&e.shapes[1]);
+}
+
 static void bad_arguments(void) {
     const fm_transform3 place = place_at(0, 0, (const float[]){0, 0, 0});
     fm_context *other = NULL;
@@ -220,6 +238,7 @@ int main(int count, char **arguments) {
         return check_summary();
     }
     moving();
+    twins();
     bad_arguments();
     scene_mesh sphere = scene_mesh_sphere(8, 9, (const float[]){0, 0, 0}, 1);
     exhaust("a scene", build_with_little_memory, &sphere, -1);

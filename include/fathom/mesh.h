@@ -146,8 +146,8 @@ FM_API fm_result fm_scene_deform(fm_scene *scene, uint32_t object, const float (
 // (NULL: waits). Errors: as fm_mesh_create.
 FM_API fm_result fm_scene_update(fm_scene *scene, fm_tree tree, fm_ticket *ticket);
 
-// The scene's mesh, as of the last update; it is the scene's and goes with it, and changes when an object is added. On Vulkan its
-// arrays in host memory are those that the objects came with.
+// The scene's mesh, as of the last update; it is the scene's and goes with it, and becomes another by the update after an object
+// was added. On Vulkan its arrays in host memory are those of that update: what moves later moves on the device alone.
 FM_API fm_mesh *fm_scene_mesh(fm_scene *scene);
 
 #ifdef __cplusplus

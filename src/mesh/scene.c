@@ -151,7 +151,7 @@ fm_result fm_scene_deform(fm_scene *scene, uint32_t object, const float (*vertic
     }
     if (deformed->vertex_count > 0) {
         memcpy(scene->rest[deformed->first_vertex], vertices, deformed->vertex_count * sizeof *vertices);
-        deformed->moved = true;
+        deformed->moved = deformed->deformed = true;
     }
     return FM_OK;
 }
@@ -174,25 +174,59 @@ static void move_vertices(void *user, uint64_t begin, uint64_t end, uint32_t wor
     }
 }
 
-static void move_object(fm_scene *scene, fm_scene_object *object) {
-    move_job job = {object, (const float(*)[3])scene->rest + object->first_vertex, scene->mesh->vertices + object->first_vertex};
+static void move_object(const fm_scene *scene, const fm_scene_object *object, float (*vertices)[3]) {
+    move_job job = {object, (const float(*)[3])scene->rest + object->first_vertex, vertices + object->first_vertex};
     fm_pool_run(scene->context->pool, object->vertex_count, 4096, move_vertices, &job);
 }
 
+// A mesh of all objects where they are now: two of one shape must not lie in one place, where their edges would be joined.
 static fm_result grow(fm_scene *scene) {
-    if (!scene->grown) {
-        return FM_OK;
+    fm_context *context = scene->context;
+    const uint64_t bytes = scene->vertex_count * sizeof *scene->rest;
+    float(*placed)[3] = fm_mesh_alloc(context, bytes, "a scene");
+    if (!placed) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
-    const fm_mesh_desc desc = {(const float(*)[3])scene->rest, scene->vertex_count, (const uint32_t(*)[3])scene->triangles,
+    for (uint64_t i = 0; i < scene->object_count; i++) {
+        move_object(scene, &scene->objects[i], placed);
+    }
+    const fm_mesh_desc desc = {(const float(*)[3])placed, scene->vertex_count, (const uint32_t(*)[3])scene->triangles,
                                scene->triangle_count};
     fm_mesh *mesh;
-    FM_TRY(fm_mesh_create(scene->context, &desc, &mesh));
+    const fm_result status = fm_mesh_create(context, &desc, &mesh);
+    fm_mesh_free(context, placed, bytes);
+    FM_TRY(status);
     fm_mesh_destroy(scene->mesh);
     scene->mesh = mesh;
     scene->grown = false;
+    return FM_OK;
+}
+
+static void settle(fm_scene *scene) {
     for (uint64_t i = 0; i < scene->object_count; i++) {
-        scene->objects[i].moved = true;
+        scene->objects[i].moved = scene->objects[i].deformed = false;
     }
+}
+
+static fm_result move_all(fm_scene *scene, fm_tree tree) {
+    fm_mesh *mesh = scene->mesh;
+    bool any = false;
+    for (uint64_t i = 0; i < scene->object_count; i++) {
+        any |= scene->objects[i].moved;
+    }
+    if (!any) {
+        return FM_OK;
+    }
+    for (uint64_t i = 0; i < scene->object_count; i++) {
+        if (scene->objects[i].moved) {
+            move_object(scene, &scene->objects[i], mesh->vertices);
+        }
+    }
+    if (mesh->gpu) {
+        FM_TRY(fm_gpu_mesh_upload(mesh));
+    }
+    mesh->version++;
+    mesh->rebuild_version = tree == FM_TREE_REBUILD ? mesh->version : mesh->rebuild_version;
     return FM_OK;
 }
 
@@ -203,23 +237,8 @@ fm_result fm_scene_update(fm_scene *scene, fm_tree tree, fm_ticket *ticket) {
     if ((unsigned)tree > FM_TREE_REBUILD) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "tree is %d: one of FM_TREE_REFIT, FM_TREE_REBUILD", (int)tree);
     }
-    FM_TRY(grow(scene));
-    fm_mesh *mesh = scene->mesh;
-    bool any = false;
-    for (uint64_t i = 0; i < scene->object_count; i++) {
-        if (scene->objects[i].moved) {
-            move_object(scene, &scene->objects[i]);
-            any = true;
-        }
-    }
-    if (any && mesh->gpu) {
-        FM_TRY(fm_gpu_mesh_upload(mesh));
-    }
-    for (uint64_t i = 0; i < scene->object_count; i++) {
-        scene->objects[i].moved = false;
-    }
-    mesh->version += any;
-    mesh->rebuild_version = any && tree == FM_TREE_REBUILD ? mesh->version : mesh->rebuild_version;
+    FM_TRY(scene->grown ? grow(scene) : move_all(scene, tree));
+    settle(scene);
     if (ticket) {
         *ticket = 0;
     }

@@ -9,8 +9,11 @@
 typedef struct fm_scene_object {
     uint64_t first_vertex, vertex_count;
     fm_transform3 place;
-    bool moved;  // since the last update; also when its vertices are new
+    bool moved;     // since the last update
+    bool deformed;  // likewise; then `moved` is set too
 } fm_scene_object;
+
+typedef struct fm_gpu_scene fm_gpu_scene;
 
 struct fm_scene {
     fm_context *context;
@@ -20,7 +23,8 @@ struct fm_scene {
     uint32_t (*triangles)[3];  // of the scene's vertices
     uint64_t object_count, vertex_count, triangle_count;
     uint64_t object_room, vertex_room, triangle_room;
-    bool grown;  // objects were added since the last update
+    bool grown;         // objects were added since the last update
+    fm_gpu_scene *gpu;  // gpu_scene.h's
 };
 
 // A place in a float each: ((x a + y b) + z c) + d.
