@@ -195,7 +195,7 @@ static void binary_ply(fm_context *context, int position_type, int count_type, i
             put_value(&b, 700, 2, big);
         }
         for (int k = 0; k < 3; k++) {
-            put_value(&b, (double)corners[i][k], position_type, big);
+            put_value(&b, position_type < 6 ? fabs((double)corners[i][k]) : (double)corners[i][k], position_type, big);
         }
     }
     for (int i = 0; i < 4; i++) {

@@ -25,7 +25,7 @@ FM_API const char *fm_mesh_format_name(fm_mesh_format format);
 typedef struct fm_mesh_read_desc {
     fm_mesh_format format;
     // A mesh of more bytes than this (12 a vertex and 12 a triangle) is refused with FM_ERROR_RANGE before memory is taken for it.
-    // 0: 16 GiB for glTF, where a small file can place one object many times, and no limit for the others, whose meshes cannot be
+    // 0: 4 GiB for glTF, where a small file can place one object many times, and no limit for the others, whose meshes cannot be
     // much larger than the file.
     uint64_t max_bytes;
     fm_progress_fn progress;  // told bytes of the file as it lies on disk; `total` is 0 for a pipe

@@ -3,12 +3,17 @@
 
 #include <string.h>
 
-enum { GUARD = 64 };  // NULs behind the end
+enum {
+    GUARD = 64,  // NULs behind the end
+    LEAST = 1 << 14,
+};
 
 fm_result fm_blocks_open(fm_blocks *blocks, const fm_allocator *allocator, fm_input *input, fm_progress_fn progress,
                          void *progress_user) {
     *blocks = (fm_blocks){.input = input, .allocator = allocator, .progress = progress, .progress_user = progress_user};
-    blocks->memory = fm_alloc(allocator, FM_BLOCK + GUARD, "a file's buffer");
+    // A small file fits as a whole, and a byte that it does not have shows its end.
+    blocks->capacity = fm_max_u64(LEAST, fm_min_u64(FM_BLOCK, fm_min_u64(fm_input_bound(input), FM_BLOCK) + 1));
+    blocks->memory = fm_alloc(allocator, blocks->capacity + GUARD, "a file's buffer");
     if (!blocks->memory) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -18,7 +23,7 @@ fm_result fm_blocks_open(fm_blocks *blocks, const fm_allocator *allocator, fm_in
 }
 
 void fm_blocks_close(fm_blocks *blocks) {
-    fm_free(blocks->allocator, blocks->memory, FM_BLOCK + GUARD);
+    fm_free(blocks->allocator, blocks->memory, blocks->capacity + GUARD);
     blocks->memory = NULL;
 }
 
@@ -34,12 +39,16 @@ static fm_result tell(const fm_blocks *blocks) {
 fm_result fm_blocks_fill(fm_blocks *blocks) {
     FM_TRY(tell(blocks));
     const size_t left = fm_blocks_left(blocks);
+    const uint64_t room = blocks->capacity - left;
+    if (room == 0) {
+        return fm_input_fail(blocks->input, FM_ERROR_FORMAT, "grew while it was read: read it again");
+    }
     memmove(blocks->memory, blocks->at, left);
     blocks->at = blocks->memory;
     uint64_t got = 0;
-    FM_TRY(fm_input_read_some(blocks->input, blocks->memory + left, FM_BLOCK - left, &got));
+    FM_TRY(fm_input_read_some(blocks->input, blocks->memory + left, room, &got));
     blocks->end = blocks->memory + left + got;
-    blocks->ended = got < FM_BLOCK - left;
+    blocks->ended = got < room;
     memset(blocks->end, 0, GUARD);
     return FM_OK;
 }

@@ -19,6 +19,7 @@ typedef struct fm_blocks {
     uint8_t *at, *end;
     bool ended;  // nothing comes after `end`
     uint8_t *memory;
+    uint64_t capacity;
     fm_progress_fn progress;  // NULL: nobody is told
     void *progress_user;
 } fm_blocks;

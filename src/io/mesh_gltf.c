@@ -370,5 +370,5 @@ const fm_mesh_codec fm_mesh_codec_gltf = {
     .extensions = extensions,
     .matches = gltf_matches,
     .read = gltf_read,
-    .default_limit = UINT64_C(16) << 30,
+    .default_limit = UINT64_C(4) << 30,
 };
