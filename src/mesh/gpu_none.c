@@ -2,6 +2,7 @@
 // Meshes on the device of a build without Vulkan: calls that need one cannot be reached, for no fm_gpu exists.
 
 #include "mesh/gpu_mesh.h"
+#include "mesh/gpu_scene.h"
 #include "mesh/rtsdf.h"
 #include "mesh/sdf.h"
 #include "mesh/voxelize.h"
@@ -70,4 +71,13 @@ void fm_gpu_rtsdf_destroy(fm_rtsdf *rtsdf) {
 fm_result fm_gpu_rtsdf_update(fm_rtsdf *rtsdf, fm_mesh *mesh, fm_ticket *ticket) {
     (void)rtsdf, (void)mesh, (void)ticket;
     return unsupported();
+}
+
+fm_result fm_gpu_scene_update(fm_scene *scene, fm_ticket *ticket) {
+    (void)scene, (void)ticket;
+    return unsupported();
+}
+
+void fm_gpu_scene_destroy(fm_scene *scene) {
+    (void)scene;
 }

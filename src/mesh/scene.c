@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "mesh/scene.h"
 
-#include "mesh/gpu_mesh.h"
+#include "gpu/gpu.h"
+#include "mesh/gpu_scene.h"
 
 #include <inttypes.h>
 #include <string.h>
@@ -31,6 +32,7 @@ void fm_scene_destroy(fm_scene *scene) {
         return;
     }
     fm_context *context = scene->context;
+    fm_gpu_scene_destroy(scene);
     fm_mesh_destroy(scene->mesh);
     fm_mesh_free(context, scene->objects, scene->object_room * sizeof *scene->objects);
     fm_mesh_free(context, scene->rest, scene->vertex_room * sizeof *scene->rest);
@@ -196,6 +198,7 @@ static fm_result grow(fm_scene *scene) {
     const fm_result status = fm_mesh_create(context, &desc, &mesh);
     fm_mesh_free(context, placed, bytes);
     FM_TRY(status);
+    fm_gpu_scene_destroy(scene);
     fm_mesh_destroy(scene->mesh);
     scene->mesh = mesh;
     scene->grown = false;
@@ -208,7 +211,7 @@ static void settle(fm_scene *scene) {
     }
 }
 
-static fm_result move_all(fm_scene *scene, fm_tree tree) {
+static fm_result move_all(fm_scene *scene, fm_tree tree, fm_ticket *ticket) {
     fm_mesh *mesh = scene->mesh;
     bool any = false;
     for (uint64_t i = 0; i < scene->object_count; i++) {
@@ -217,16 +220,16 @@ static fm_result move_all(fm_scene *scene, fm_tree tree) {
     if (!any) {
         return FM_OK;
     }
+    mesh->rebuild_version = tree == FM_TREE_REBUILD ? mesh->version + 1 : mesh->rebuild_version;
+    if (mesh->gpu) {
+        return fm_gpu_scene_update(scene, ticket);
+    }
     for (uint64_t i = 0; i < scene->object_count; i++) {
         if (scene->objects[i].moved) {
             move_object(scene, &scene->objects[i], mesh->vertices);
         }
     }
-    if (mesh->gpu) {
-        FM_TRY(fm_gpu_mesh_upload(mesh));
-    }
     mesh->version++;
-    mesh->rebuild_version = tree == FM_TREE_REBUILD ? mesh->version : mesh->rebuild_version;
     return FM_OK;
 }
 
@@ -237,10 +240,11 @@ fm_result fm_scene_update(fm_scene *scene, fm_tree tree, fm_ticket *ticket) {
     if ((unsigned)tree > FM_TREE_REBUILD) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "tree is %d: one of FM_TREE_REFIT, FM_TREE_REBUILD", (int)tree);
     }
-    FM_TRY(scene->grown ? grow(scene) : move_all(scene, tree));
+    fm_ticket done = scene->context->gpu ? fm_gpu_newest(scene->context->gpu) : 0;
+    FM_TRY(scene->grown ? grow(scene) : move_all(scene, tree, ticket ? &done : NULL));
     settle(scene);
     if (ticket) {
-        *ticket = 0;
+        *ticket = done;
     }
     return FM_OK;
 }

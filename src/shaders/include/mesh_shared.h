@@ -169,6 +169,23 @@ FM_PUSH_STRUCT(fm_sdf_push) {
     fm_float spacing[3], spacing_rest[3];
 };
 
+// Scenes. Up to FM_SCENE_RUN consecutive vertices of an object that has moved, and the object's place among those given.
+#define FM_SCENE_RUN 256
+
+FM_PUSH_STRUCT(fm_gpu_run) {
+    fm_uint first, count;
+    fm_uint place;
+    fm_uint unused;
+};
+
+FM_PUSH_STRUCT(fm_scene_push) {
+    fm_address rest;      // the vertices in their objects' frames
+    fm_address vertices;  // in the scene's
+    fm_address runs;
+    fm_address places;  // twelve floats each
+    fm_uint run_count;
+};
+
 #ifdef __STDC__
 _Static_assert(sizeof(fm_sdf_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_joints) == 56, "as std430 lays it out");
