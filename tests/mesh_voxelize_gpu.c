@@ -189,6 +189,8 @@ static void check_shapes(fm_context *context, fm_context *host) {
          false},
         {"a box on the voxels' centres", scene_mesh_box((float[3]){-4.5f, -4.5f, -4.5f}, (float[3]){3.5f, 2.5f, 1.5f}),
          grid_of(16, 16, 16, 1, 1, 1), false},
+        {"a box in long rows", scene_mesh_box((float[3]){-2400, -1, -4}, (float[3]){2345, 1.2f, 4}), grid_of(5000, 3, 2, 1, 1, 1),
+         false},
         {"a box around the grid", scene_mesh_box((float[3]){-40, -40, -40}, (float[3]){50, 30, 20}), grid_of(16, 16, 16, 1, 1, 1),
          false},
         {"a soup", scene_mesh_soup(300, 7, middle, 24, 5), grid_of(24, 24, 24, 1, 1, 1), false},
