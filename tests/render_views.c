@@ -145,7 +145,10 @@ static void check_marks(render_stage *s) {
 static void check_pick(render_stage *s) {
     fm_render_desc desc = down_at(11, 12);
     fm_pick pick;
+    fm_pass pass = {0};
+    uint32_t passes = 1;
     if (CHECK_OK(fm_render_pick(s->renderer, s->world, &desc, MIDDLE, MIDDLE, &pick))) {
+        CHECK(fm_context_passes(s->context, &passes, &pass) == FM_OK && passes == 1 && strcmp(pass.name, "pick") == 0);
         CHECK(pick.hit && pick.voxel[0] == 11 && pick.voxel[1] == 12 && pick.voxel[2] == 8 && pick.face == 3);
         CHECK(fabsf(pick.distance - 11.5f) < 1e-3f);
     }
@@ -423,26 +426,13 @@ static void check_memory_ends(const fm_context_desc *like, const uint32_t *voxel
     fm_context_destroy(context);
 }
 
-int main(int count, char **arguments) {
-    vulkan_options options;
-    if (!vulkan_parse(count, arguments, &options)) {
-        return 1;
-    }
-    fm_context *cpu, *context;
-    if (!CHECK_OK(fm_context_create(&(fm_context_desc){.backend = FM_BACKEND_CPU}, &cpu))) {
-        return check_summary();
-    }
-    context = cpu;
-    if (count > 1 && vulkan_open(&options, NULL, &context) != FM_OK) {
-        fm_context_destroy(cpu);
-        return vulkan_missing();
-    }
+static void check_all(fm_context *context, fm_context *cpu, const render_options *options) {
     const fm_context_desc like = {.backend = fm_context_backend(context),
-                                  .device = options.device,
-                                  .validation = context != cpu && !options.no_validation,
+                                  .device = options->vulkan.device,
+                                  .validation = context != cpu && !options->vulkan.no_validation,
                                   .log = vulkan_log};
     uint32_t *voxels = make_voxels();
-    render_stage s;
+    render_stage s = {0};
     if (voxels && render_open(&s, context, &(fm_world_desc){.shape = {WORLD, WORLD, WORLD}, .format = FM_FIELD_SPLIT_U8}, voxels)) {
         fm_context *other;
         check_color(&s);
@@ -464,9 +454,8 @@ int main(int count, char **arguments) {
     }
     render_close(&s);
     free(voxels);
-    if (context != cpu) {
-        vulkan_close(context);
-    }
-    fm_context_destroy(cpu);
-    return check_summary();
+}
+
+int main(int count, char **arguments) {
+    return render_main(count, arguments, check_all);
 }
