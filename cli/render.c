@@ -322,6 +322,9 @@ static bool read_rest(const render_args *a, render_request *r) {
 }
 
 int command_render(int argc, char **argv) {
+    if (render_mesh_wanted(argc, argv)) {
+        return command_render_mesh(argc, argv);
+    }
     static const cli_help help = {
         "render", "Makes pictures of a world by marching rays through its distance field.",
         "fathom render scene:terrain:256 --out terrain.png\n"
