@@ -265,11 +265,20 @@ static void check_arguments(stage *s) {
     CHECK_FAILS(fm_deferred_render(NULL, &desc, NULL), FM_ERROR_INVALID_ARGUMENT);
     CHECK_FAILS(fm_deferred_render(s->deferred, NULL, NULL), FM_ERROR_INVALID_ARGUMENT);
     CHECK_FAILS(fm_deferred_read(s->deferred, NULL), FM_ERROR_INVALID_ARGUMENT);
+    fm_volume_buffer buffer;
     fm_deferred *fresh = NULL;
     if (CHECK_OK(fm_deferred_create(s->context, &fresh))) {
         CHECK_FAILS(fm_deferred_read(fresh, pixels), FM_ERROR_INVALID_ARGUMENT);
         CHECK_FAILS(fm_deferred_depths(fresh, depths), FM_ERROR_INVALID_ARGUMENT);
+        CHECK_FAILS(fm_deferred_vulkan(fresh, &buffer), FM_ERROR_INVALID_ARGUMENT);
         fm_deferred_destroy(fresh);
+    }
+    CHECK_OK(fm_deferred_render(s->deferred, &desc, NULL));
+    CHECK_FAILS(fm_deferred_vulkan(s->deferred, NULL), FM_ERROR_INVALID_ARGUMENT);
+    if (fm_context_backend(s->context) == FM_BACKEND_CPU) {
+        CHECK_FAILS(fm_deferred_vulkan(s->deferred, &buffer), FM_ERROR_UNSUPPORTED);
+    } else if (CHECK_OK(fm_deferred_vulkan(s->deferred, &buffer))) {
+        CHECK(buffer.buffer && buffer.size == 4 * (uint64_t)desc.width * desc.height);
     }
     struct {
         int which;

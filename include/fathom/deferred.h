@@ -99,6 +99,10 @@ FM_API fm_result fm_deferred_render(fm_deferred *deferred, const fm_deferred_des
 // NULL and before the first picture; the errors of memory; FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL.
 FM_API fm_result fm_deferred_read(fm_deferred *deferred, uint8_t *pixels);
 
+// The picture's buffer, RGBA8 as above, valid until the next fm_deferred_render of another size or the end of `deferred`. Does not
+// wait. Errors: FM_ERROR_INVALID_ARGUMENT for NULL and before the first picture, FM_ERROR_UNSUPPORTED on the CPU.
+FM_API fm_result fm_deferred_vulkan(const fm_deferred *deferred, fm_volume_buffer *buffer);
+
 // How much of the first light each pixel's surface sees, 0 to 1; below 0 where a pixel shows no surface, and 0 where the surface
 // looks away from the light. Errors: as fm_deferred_read.
 FM_API fm_result fm_deferred_shares(fm_deferred *deferred, float *shares);

@@ -248,6 +248,15 @@ fm_result fm_deferred_read(fm_deferred *deferred, uint8_t *pixels) {
     return FM_OK;
 }
 
+fm_result fm_deferred_vulkan(const fm_deferred *deferred, fm_volume_buffer *buffer) {
+    FM_TRY(check_read(deferred, buffer));
+    if (!deferred->gpu) {
+        return fm_fail(FM_ERROR_UNSUPPORTED, "the picture lies in host memory: use fm_deferred_read");
+    }
+    fm_gpu_deferred_describe(deferred, buffer);
+    return FM_OK;
+}
+
 fm_result fm_deferred_shares(fm_deferred *deferred, float *shares) {
     FM_TRY(check_read(deferred, shares));
     const uint64_t count = (uint64_t)deferred->width * deferred->height;

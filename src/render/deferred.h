@@ -47,6 +47,7 @@ void fm_gpu_deferred_destroy(fm_deferred *deferred);
 // The picture before stays where submitting fails.
 fm_result fm_gpu_deferred_picture(fm_deferred *deferred, fm_deferred_picture *picture, fm_ticket *ticket);
 fm_result fm_gpu_deferred_read(fm_deferred *deferred, uint8_t *pixels);
+void fm_gpu_deferred_describe(const fm_deferred *deferred, fm_volume_buffer *buffer);
 // What the newest picture's surfaces and lights are, in memory of as many elements as it has pixels (four floats a light).
 fm_result fm_gpu_deferred_surfaces(fm_deferred *deferred, fm_defer_surface *surfaces);
 fm_result fm_gpu_deferred_lights(fm_deferred *deferred, float *light);

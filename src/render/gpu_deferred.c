@@ -213,6 +213,11 @@ fm_result fm_gpu_deferred_read(fm_deferred *deferred, uint8_t *pixels) {
     return fm_buffer_download_at(deferred->gpu->room.picture, 0, pixels, 4 * pixels_of(deferred));
 }
 
+void fm_gpu_deferred_describe(const fm_deferred *deferred, fm_volume_buffer *buffer) {
+    fm_buffer_describe(deferred->gpu->room.picture, buffer);
+    buffer->size = 4 * pixels_of(deferred);
+}
+
 fm_result fm_gpu_deferred_surfaces(fm_deferred *deferred, fm_defer_surface *surfaces) {
     return fm_buffer_download_at(deferred->gpu->room.surfaces, 0, surfaces, sizeof *surfaces * pixels_of(deferred));
 }

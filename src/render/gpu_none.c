@@ -64,6 +64,10 @@ fm_result fm_gpu_deferred_read(fm_deferred *deferred, uint8_t *pixels) {
     return unsupported();
 }
 
+void fm_gpu_deferred_describe(const fm_deferred *deferred, fm_volume_buffer *buffer) {
+    (void)deferred, (void)buffer;
+}
+
 fm_result fm_gpu_deferred_surfaces(fm_deferred *deferred, fm_defer_surface *surfaces) {
     (void)deferred, (void)surfaces;
     return unsupported();
