@@ -141,7 +141,8 @@ ends 0 bench render --backend cpu --size 12 --picture 24x16 --cameras 4 --rounds
 head -1 "$work/r.csv" | grep -q '^scene,x,y,z,width,height,format,mode,march,device,gpu_ms' || bad "header: $(head -1 "$work/r.csv")"
 head -1 "$work/r.csv" | grep -q ',beam_bytes,march_bytes,.*,checked,wrong,memory,' || bad "header: $(head -1 "$work/r.csv")"
 grep -q '"frames_per_second"' "$work/r.json" || bad "JSON: $(cat "$work/r.json")"
-[ "$(grep -c '"wrong":	0' "$work/r.json")" = 20 ] && ! grep -q '"checked":	0' "$work/r.json" || bad "pixels: $(cat "$work/r.json")"
+[ "$(grep -c '"wrong":	0' "$work/r.json")" = 20 ] || bad "wrong pixels: $(cat "$work/r.json")"
+grep -q '"checked":	0' "$work/r.json" && bad "no pixel was checked: $(cat "$work/r.json")"
 ends 0 bench render --backend cpu --size 12 --picture 24x16 --cameras 2 --rounds 0 --mode shaded --march skip -q
 ends 2 bench render --mode fast
 ends 2 bench render --cameras 2000
