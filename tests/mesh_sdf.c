@@ -293,6 +293,48 @@ static void run_arguments(void) {
     scene_mesh_free(&box);
 }
 
+static int allocations_left;
+
+static void *counted_alloc(void *user, size_t size, size_t alignment) {
+    (void)user;
+    return allocations_left-- > 0 ? aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment) : NULL;
+}
+
+static void counted_free(void *user, void *memory, size_t size) {
+    (void)user, (void)size;
+    free(memory);
+}
+
+// Each allocation in turn fails.
+static void run_out_of_memory(fm_sign sign, const scene_mesh *shape) {
+    const fm_allocator allocator = {counted_alloc, counted_free, NULL};
+    const fm_context_desc desc = {.backend = FM_BACKEND_CPU, .threads = 2, .allocator = &allocator};
+    const fm_mesh_desc about = scene_mesh_describe(shape);
+    const fm_volume_desc grid = {.shape = {9, 9, 9}, .type = FM_TYPE_F32, .spacing = {0.3, 0.3, 0.3}, .origin = {-1.2, -1.2, -1.2}};
+    fm_context *own;
+    fm_mesh *mesh;
+    fm_volume *distance;
+    fm_result result = FM_ERROR_OUT_OF_HOST_MEMORY;
+    int failed = 0;
+    for (; result != FM_OK && failed < 200; failed++) {
+        allocations_left = 1 << 20;
+        if (!CHECK_OK(fm_context_create(&desc, &own))) {
+            return;
+        }
+        CHECK_OK(fm_mesh_create(own, &about, &mesh));
+        CHECK_OK(fm_volume_create(own, &grid, &distance));
+        allocations_left = failed;
+        result = fm_mesh_sdf(mesh, &(fm_sdf_desc){.sign = sign}, distance, NULL, NULL, NULL);
+        CHECK(result == FM_OK || result == FM_ERROR_OUT_OF_HOST_MEMORY);
+        allocations_left = 1 << 20;
+        fm_volume_destroy(distance);
+        fm_mesh_destroy(mesh);
+        fm_context_destroy(own);
+    }
+    printf("%d allocations failed in turn\n", failed - 1);
+    CHECK(result == FM_OK && failed > 5);
+}
+
 int main(int argc, char **argv) {
     const bool vulkan = argc > 2 && strcmp(argv[2], "vulkan") == 0;
     const fm_context_desc desc = {.backend = vulkan ? FM_BACKEND_VULKAN : FM_BACKEND_CPU, .validation = vulkan, .threads = 2};
@@ -307,6 +349,15 @@ int main(int argc, char **argv) {
     run_far_away();
     run_empty();
     run_arguments();
+    if (!vulkan) {
+        const float centre[3] = {0, 0, 0};
+        scene_mesh closed = scene_mesh_sphere(5, 8, centre, 1), open = scene_mesh_sheet(4, centre, 2, 0.1f);
+        run_out_of_memory(FM_SIGN_AUTO, &closed);
+        run_out_of_memory(FM_SIGN_WINDING, &closed);
+        run_out_of_memory(FM_SIGN_WINDING, &open);
+        scene_mesh_free(&closed);
+        scene_mesh_free(&open);
+    }
     printf("greatest unsigned error: %.3g voxels\n", worst);
     fm_context_destroy(context);
     return check_summary();

@@ -50,7 +50,8 @@ FM_API fm_result fm_mesh_voxelize(fm_mesh *mesh, const fm_voxelize_desc *desc, f
 // ---------------------------------------------------------------------------------------------------------------------------
 
 typedef enum fm_sign {
-    FM_SIGN_AUTO = 0,      // PSEUDONORMAL when the mesh is closed and does not intersect itself, else WINDING
+    FM_SIGN_AUTO = 0,      // PSEUDONORMAL when the mesh is one closed surface, has no triangle without area and does not
+                           // intersect itself, else WINDING
     FM_SIGN_PSEUDONORMAL,  // the side of the nearest feature's angle-weighted normal. Source: Baerentzen and Aanaes 2005
     FM_SIGN_WINDING,       // inside where the generalised winding number is above 1/2. Source: Barill et al. 2018
     FM_SIGN_NONE,          // unsigned
@@ -59,7 +60,8 @@ typedef enum fm_sign {
 // What texels outside the band get.
 typedef enum fm_far {
     FM_FAR_BAND = 0,  // the band's width, with the sign
-    FM_FAR_FLOODED,   // the distance to a triangle that is nearest to a texel nearby: never too small, and seldom too great
+    FM_FAR_FLOODED,   // the distance to a triangle that is nearest to a texel nearby: never too small, and seldom too great; on
+                      // the CPU backend exact
     FM_FAR_EXACT,     // as the band: exact everywhere
 } fm_far;
 
@@ -80,7 +82,9 @@ typedef struct fm_sdf_info {
 // sign of AUTO is decided once a mesh. An empty mesh gives the band's width everywhere, +infinity under FM_FAR_EXACT and FLOODED.
 // Deterministic: the same input gives the same bits on the same device. Unsigned distances are within 4 units in the last place of
 // the largest coordinate that takes part. Asynchronous on Vulkan, complete at `ticket` (NULL: waits).
-// Errors: as fm_mesh_voxelize, and FM_ERROR_INVALID_ARGUMENT for a band below 0 or not finite.
+// Errors: as fm_mesh_voxelize, FM_ERROR_INVALID_ARGUMENT for a band below 0 or not finite, and on the CPU backend
+// FM_ERROR_UNSUPPORTED for more than 2^26 texels along an axis. On the CPU backend winding numbers decide as if summed exactly
+// where the mesh's boundary has at most 4,096 edges.
 FM_API fm_result fm_mesh_sdf(fm_mesh *mesh, const fm_sdf_desc *desc, fm_volume *distance, fm_volume *triangles, fm_sdf_info *info,
                              fm_ticket *ticket);
 

@@ -58,6 +58,10 @@ static fm_result resolve_sign(fm_mesh *mesh, fm_sign wanted, fm_sdf_info *info) 
         info->sign_why = "the mesh is not closed";
         return FM_OK;
     }
+    if (what.degenerate > 0) {
+        info->sign_why = "the mesh has triangles without area";
+        return FM_OK;
+    }
     bool intersects;
     FM_TRY(fm_mesh_intersects(mesh, &intersects));
     if (intersects) {
