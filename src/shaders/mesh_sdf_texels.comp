@@ -10,12 +10,17 @@ layout(local_size_x = 64) in;
 
 void do_texel(ivec3 at, vec3 centre, block_state block) {
     vec3 p = texel_place(vec3(at));
-    // A distance without a side need not be known beyond the band.
-    float limit = SIGN == FM_SDF_UNSIGNED && FAR == FAR_BAND ? band() * 1.00001 : MESH_INFINITY;
+    // Beyond the band only the side counts. There it is that of the centre, if that is nearer than the band is wide: no surface comes
+    // between. So the walk need not go beyond the band.
+    bool bounded = FAR == FAR_BAND && (SIGN == FM_SDF_UNSIGNED || (SIGN == FM_SDF_PSEUDONORMAL || CLOSED) &&
+                                                                      distance(p, centre) < 0.9999 * band());
+    float limit = bounded ? band() * 1.00001 : MESH_INFINITY;
     mesh_nearest n = bvh_nearest_below(push.mesh, block.node, p, limit * limit, block.triangle);
     float value = sqrt(n.distance2);
     // No surface between this texel and the centre: they are on one side.
-    bool with_centre = SIGN == FM_SDF_WINDING && CLOSED && distance(p, centre) < 0.9999 * max(value, block.distance);
+    bool with_centre = SIGN != FM_SDF_UNSIGNED && (bounded && n.triangle == FM_GPU_NONE ||
+                                                   SIGN == FM_SDF_WINDING && CLOSED &&
+                                                       distance(p, centre) < 0.9999 * max(value, block.distance));
     bool inside = with_centre ? (block.flags & BLOCK_INSIDE) != 0 : is_inside(p, n);
     bool within = value <= band();
     if (FAR == FAR_BAND) {

@@ -120,7 +120,9 @@ mesh_nearest bvh_nearest_below(fm_mesh_refs m, uint root, vec3 p, float bound2, 
         bvh_step s = bvh_choose(n, bvh_box_distance2(n.low0, n.high0, p), bvh_box_distance2(n.low1, n.high1, p), best.distance2);
         for (uint i = s.record; i < s.record_end; i++) {
             uint triangle = bvh_record(records, i, a, b, c);
-            if (triangle != FM_GPU_NONE) {
+            // Most triangles are not worth the ten times longer look at the triangle itself.
+            float box2 = bvh_box_distance2(min(min(a, b), c), max(max(a, b), c), p);
+            if (triangle != FM_GPU_NONE && box2 < best.distance2) {
                 bvh_try(p, a, b, c, triangle, best);
             }
         }
