@@ -33,6 +33,7 @@ fathom_test(mesh_scene mesh_scene.c)
 fathom_test(mesh_topology_data mesh_topology_data.c)
 # Voxels and fields against sums over all triangles.
 fathom_test(mesh_sdf mesh_sdf.c)
+fathom_test(mesh_sdf_data mesh_sdf_data.c)
 fathom_test(mesh_voxelize mesh_voxelize.c)
 # The same bits must pass without vectors.
 add_test(NAME mesh_sdf_portable COMMAND test_mesh_sdf WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
