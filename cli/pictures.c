@@ -7,6 +7,18 @@
 #include <stdio.h>
 #include <string.h>
 
+const char *pictures_wrong(const pictures *p) {
+    const size_t length = p->out ? strlen(p->out) : 0;
+    if (!(p->fps > 0 && p->fps <= 1000)) {
+        return "--fps is above 0 and at most 1000";
+    }
+    if (p->out && !video_name(p->out) && p->frames > 1 &&
+        (length < 5 || length > 4000 || strcmp(p->out + length - 4, ".png") != 0)) {
+        return "--out with --path is numbered pictures, NAME.png, or a film, NAME.mp4 or NAME.webm";
+    }
+    return NULL;
+}
+
 int pictures_check(const pictures *p) {
     return video_name(p->out) || p->frames > 1 ? files_output_check(p->out) : files_picture_check(p->out);
 }

@@ -13,6 +13,8 @@ typedef struct pictures {
     double fps;
 } pictures;
 
+// NULL, or what is wrong with the name or the rate, as a message of bad usage. `out` NULL is fine.
+const char *pictures_wrong(const pictures *p);
 // Says early what would fail only after the work. Returns an exit code.
 int pictures_check(const pictures *p);
 // Calls `draw` for each frame, which puts RGBA pixels into its memory and returns an exit code. Returns an exit code.

@@ -7,6 +7,7 @@
 #include "files.h"
 #include "method.h"
 #include "path.h"
+#include "pictures.h"
 #include "video.h"
 #include "words.h"
 #include "world.h"
@@ -46,45 +47,20 @@ static fm_camera camera_of(const render_request *request, uint32_t frame) {
     return camera_path_at(&request->path, request->world.shape, aspect, frame);
 }
 
-static int render(const stage *s, fm_camera camera) {
+static pictures pictures_of(const render_request *request) {
+    return (pictures){.out = request->out,
+                      .width = request->desc.width,
+                      .height = request->desc.height,
+                      .frames = request->path.frames,
+                      .fps = request->fps};
+}
+
+static int draw(void *user, uint32_t frame) {
+    const stage *s = user;
     fm_render_desc desc = s->request->desc;
-    desc.camera = camera;
+    desc.camera = camera_of(s->request, frame);
     const bool good = fm_render(s->renderer, s->world, &desc, NULL) == FM_OK && fm_renderer_read(s->renderer, s->pixels) == FM_OK;
     return good ? CLI_DONE : cli_library_failed();
-}
-
-// "a.png" becomes "a0007.png".
-static void numbered(const char *path, uint32_t number, char *text, size_t size) {
-    const size_t stem = strlen(path) - 4;
-    snprintf(text, size, "%.*s%04u%s", (int)stem, path, number, path + stem);
-}
-
-static int write_pictures(const stage *s) {
-    const render_request *request = s->request;
-    int status = CLI_DONE;
-    for (uint32_t i = 0; status == CLI_DONE && i < request->path.frames; i++) {
-        char path[4096];
-        numbered(request->out, i, path, sizeof path);
-        const char *name = request->path.frames > 1 ? path : request->out;
-        status = render(s, camera_of(request, i));
-        if (status == CLI_DONE && fm_image_write_png(name, request->desc.width, request->desc.height, 4, s->pixels) != FM_OK) {
-            status = cli_library_failed();
-        }
-    }
-    return status;
-}
-
-static int write_film(const stage *s) {
-    const render_request *request = s->request;
-    video *film = video_begin(request->out, request->desc.width, request->desc.height, request->fps);
-    if (!film) {
-        return CLI_FAILED;
-    }
-    bool good = true;
-    for (uint32_t i = 0; good && i < request->path.frames; i++) {
-        good = render(s, camera_of(request, i)) == CLI_DONE && video_frame(film, s->pixels);
-    }
-    return video_end(film, good);
 }
 
 // GPU time of a picture, or the CPU's: the median of a few.
@@ -167,7 +143,8 @@ static int work(render_request *request, stage *s, const fm_volume *start) {
         fm_renderer_create(s->context, &s->renderer) != FM_OK) {
         return cli_library_failed();
     }
-    int status = !request->out ? CLI_DONE : video_name(request->out) ? write_film(s) : write_pictures(s);
+    const pictures where = pictures_of(request);
+    int status = request->out ? pictures_write(&where, s->pixels, draw, s) : CLI_DONE;
     if (status == CLI_DONE && request->out && !request->quiet) {
         printf("%s: %u x %u pixels%s\n", request->out, request->desc.width, request->desc.height,
                request->path.frames > 1 ? ", a path" : "");
@@ -176,10 +153,8 @@ static int work(render_request *request, stage *s, const fm_volume *start) {
 }
 
 static int run(render_request *request) {
-    int status = !request->out              ? CLI_DONE
-                 : video_name(request->out) ? files_output_check(request->out)
-                 : request->path.frames > 1 ? files_output_check(request->out)
-                                            : files_picture_check(request->out);
+    const pictures where = pictures_of(request);
+    int status = request->out ? pictures_check(&where) : CLI_DONE;
     if (status != CLI_DONE) {
         return status;
     }
@@ -305,15 +280,10 @@ static bool read_rest(const render_args *a, render_request *r) {
     }
     r->session.backend = (fm_backend)backend;
     r->session.device = given(a->device, NULL);
-    const char *wrong = NULL;
-    const size_t length = r->out ? strlen(r->out) : 0;
+    const pictures where = pictures_of(r);
+    const char *wrong = pictures_wrong(&where);
     if (!r->out && !r->stats) {
         wrong = "render: --out or --stats is needed: see fathom render --help";
-    } else if (!(r->fps > 0 && r->fps <= 1000)) {
-        wrong = "--fps is above 0 and at most 1000";
-    } else if (r->out && !video_name(r->out) && r->path.frames > 1 &&
-               (length < 5 || length > 4000 || strcmp(r->out + length - 4, ".png") != 0)) {
-        wrong = "--out with --path is numbered pictures, NAME.png, or a film, NAME.mp4 or NAME.webm";
     }
     if (wrong) {
         cli_usage("%s", wrong);

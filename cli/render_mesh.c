@@ -253,7 +253,11 @@ static bool read_light(const shot_args *a, shot *s) {
 }
 
 static bool check_combinations(const shot *s) {
-    const char *wrong = NULL;
+    const char *wrong = pictures_wrong(&s->pictures);
+    if (wrong) {
+        cli_usage("%s", wrong);
+        return false;
+    }
     if (!s->pictures.out && !s->stats) {
         wrong = "nothing to do: give --out FILE, --stats or both";
     } else if (s->pictures.frames > 1 && !s->pictures.out) {
@@ -290,8 +294,8 @@ static bool read_shot(const shot_args *a, shot *s) {
         (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &s->wanted.threads))) {
         return false;
     }
-    if (s->desc.samples > 65536 || s->edge > 4096 || s->blend > 4096 || !(s->pictures.fps > 0 && s->pictures.fps <= 1000)) {
-        cli_usage("--samples is at most 65536, --edge and --blend at most 4096, --fps above 0 and at most 1000");
+    if (s->desc.samples > 65536 || s->edge > 4096 || s->blend > 4096) {
+        cli_usage("--samples is at most 65536, --edge and --blend at most 4096");
         return false;
     }
     s->y_up = up == 1;

@@ -37,6 +37,8 @@ says 'triangles'
 ends 2 render field.npy --field --up y -o f.png
 ends 2 render t.obj
 says 'nothing to do'
+ends 2 render t.obj --path 2 -o x
+says 'NAME.png'
 ends 2 render t.obj --sun-size 50 -o f.png
 ends 2 render t.obj --shadow soft -o f.png
 ends 2 render t.obj --samples 0 -o f.png
