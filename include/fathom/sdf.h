@@ -89,6 +89,53 @@ FM_API fm_result fm_mesh_sdf(fm_mesh *mesh, const fm_sdf_desc *desc, fm_volume *
                              fm_ticket *ticket);
 
 // ---------------------------------------------------------------------------------------------------------------------------
+// Fields of moving scenes, composed of their objects' own
+// ---------------------------------------------------------------------------------------------------------------------------
+
+// All 0 but the shape asks for the defaults.
+typedef struct fm_composed_desc {
+    fm_shape shape;  // of the scene's field, at most 65535 an axis
+    double spacing[3];
+    double origin[3];
+    float band;     // half the band's width in voxels of the largest spacing; 0: 3
+    float detail;   // texels of a local field for each of the smallest spacing; 0: 1
+    uint32_t most;  // texels along the longest edge of a local field, at least 16: larger objects get larger texels; 0: 512
+    fm_sign sign;   // AUTO is decided for each object, and again when it deforms
+} fm_composed_desc;
+
+typedef struct fm_composed_info {
+    // How far a texel of the band can be from the least of the objects' signed distances, in world units, but for rounding: sqrt(3)
+    // / 2 times the edge of the largest local texel, for that is how far the mean of eight texels can be off when distances change
+    // by no more than the way. Where the nearest surface is smooth, of radius r, errors are about the squared edge over 4 r.
+    double error;
+    uint64_t touched;       // texels of the scene's field that the newest update computed
+    uint64_t local_texels;  // of all local fields
+} fm_composed_info;
+
+// A field of a scene that is put together from a local field of each object, made once and again only when the object deforms, and
+// placed as the object is: the least of the objects' signed distances, within the band. Beyond it texels have the band's width with
+// the sign. Where closed objects overlap it is a field of their union: right outside, right in sign, and inside never deeper than
+// it is. Only what moved is computed anew. Same thread rule as its context.
+typedef struct fm_composed fm_composed;
+
+// The scene must outlive it. Errors: FM_ERROR_INVALID_ARGUMENT for NULL and numbers outside their ranges; FM_ERROR_RANGE; the
+// errors of memory.
+FM_API fm_result fm_composed_create(fm_scene *scene, const fm_composed_desc *desc, fm_composed **composed);
+// Waits for work in flight.
+FM_API void fm_composed_destroy(fm_composed *composed);
+
+// Makes the field that of the objects as they were last added, moved and deformed; fm_scene_update need not be called for that.
+// Only texels around objects that have changed are touched, around where they were and where they are, and the field is, bit for
+// bit, as if all had been computed anew. Asynchronous on Vulkan, complete at `ticket` (NULL: waits), but for the local fields of
+// new objects, which are waited for. Pass: "compose". Errors: FM_ERROR_INVALID_ARGUMENT for NULL, and for an object whose place is
+// not rigid (rows that are off from right angles and lengths of 1 by more than 1e-4); those of fm_mesh_sdf.
+FM_API fm_result fm_composed_update(fm_composed *composed, fm_ticket *ticket);
+
+// The field: F32, as of the last update, where the context computes. It is the object's, and only it may write it.
+FM_API fm_volume *fm_composed_field(fm_composed *composed);
+FM_API void fm_composed_describe(const fm_composed *composed, fm_composed_info *info);
+
+// ---------------------------------------------------------------------------------------------------------------------------
 // RTSDF: approximate fields in real time, as published
 // ---------------------------------------------------------------------------------------------------------------------------
 

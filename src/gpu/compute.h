@@ -66,6 +66,7 @@ typedef enum fm_kernel {
     FM_KERNEL_MESH_SDF_TEXELS,
     FM_KERNEL_MESH_SDF_FILL,
     FM_KERNEL_SCENE_MOVE,
+    FM_KERNEL_COMPOSE,
     FM_KERNEL_COUNT
 } fm_kernel;
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Meshes on the device of a build without Vulkan: calls that need one cannot be reached, for no fm_gpu exists.
 
+#include "mesh/compose.h"
 #include "mesh/gpu_mesh.h"
 #include "mesh/gpu_scene.h"
 #include "mesh/rtsdf.h"
@@ -80,4 +81,13 @@ fm_result fm_gpu_scene_update(fm_scene *scene, fm_ticket *ticket) {
 
 void fm_gpu_scene_destroy(fm_scene *scene) {
     (void)scene;
+}
+
+fm_result fm_gpu_compose(fm_composed *composed, const fm_compose_work *work, fm_ticket *ticket) {
+    (void)composed, (void)work, (void)ticket;
+    return unsupported();
+}
+
+void fm_gpu_compose_destroy(fm_composed *composed) {
+    (void)composed;
 }

@@ -5,23 +5,15 @@
 
 #include "mesh/gpu_scene.h"
 
+#include "mesh/flights.h"
 #include "mesh/gpu_mesh.h"
 
 #include <string.h>
 
-enum { FLIGHTS = 3 };
-
-typedef struct flight {
-    fm_buffer *upload;
-    uint64_t bytes;
-    fm_ticket ticket;
-} flight;
-
 struct fm_gpu_scene {
     fm_gpu *gpu;
     fm_buffer *rest;
-    flight flights[FLIGHTS];
-    uint32_t next;
+    fm_flights flights;
 };
 
 // What an upload buffer holds: runs, places, vertices.
@@ -37,9 +29,7 @@ void fm_gpu_scene_destroy(fm_scene *scene) {
     }
     (void)fm_gpu_wait(own->gpu, fm_gpu_newest(own->gpu));
     fm_buffer_destroy(own->rest);
-    for (int i = 0; i < FLIGHTS; i++) {
-        fm_buffer_destroy(own->flights[i].upload);
-    }
+    fm_flights_destroy(&own->flights);
     fm_free(&scene->context->allocator, own, sizeof *own);
     scene->gpu = NULL;
 }
@@ -80,19 +70,6 @@ static cargo measure(const fm_scene *scene) {
     return c;
 }
 
-static fm_result make_room(struct fm_gpu_scene *own, flight *f, uint64_t bytes) {
-    FM_TRY(fm_gpu_wait(own->gpu, f->ticket));
-    if (f->bytes >= bytes) {
-        return FM_OK;
-    }
-    fm_buffer_destroy(f->upload);
-    f->upload = NULL;
-    f->bytes = 0;
-    FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_UPLOAD, 2 * bytes, false, &f->upload));
-    f->bytes = 2 * bytes;
-    return FM_OK;
-}
-
 static fm_gpu_run *write_runs(const fm_scene_object *object, uint32_t place, fm_gpu_run *run) {
     for (uint64_t done = 0; done < object->vertex_count; done += FM_SCENE_RUN) {
         *run++ = (fm_gpu_run){.first = (uint32_t)(object->first_vertex + done),
@@ -103,7 +80,7 @@ static fm_gpu_run *write_runs(const fm_scene_object *object, uint32_t place, fm_
 }
 
 // Fills the upload buffer and records the copies out of it.
-static void load(const fm_scene *scene, fm_slot *slot, const flight *f, const cargo *c) {
+static void load(const fm_scene *scene, fm_slot *slot, const fm_flight *f, const cargo *c) {
     const struct fm_gpu_scene *own = scene->gpu;
     char *memory = fm_buffer_mapped(f->upload);
     fm_gpu_run *run = (fm_gpu_run *)(void *)memory;
@@ -126,7 +103,7 @@ static void load(const fm_scene *scene, fm_slot *slot, const flight *f, const ca
     fm_commands_barrier(own->gpu, slot);
 }
 
-static fm_result record(const fm_scene *scene, fm_slot *slot, const flight *f, const cargo *c) {
+static fm_result record(const fm_scene *scene, fm_slot *slot, const fm_flight *f, const cargo *c) {
     const struct fm_gpu_scene *own = scene->gpu;
     const fm_address upload = fm_buffer_address(f->upload);
     const fm_scene_push push = {.rest = fm_buffer_address(own->rest),
@@ -151,8 +128,8 @@ fm_result fm_gpu_scene_update(fm_scene *scene, fm_ticket *ticket) {
     if (c.runs == 0) {
         return FM_OK;
     }
-    flight *f = &own->flights[own->next];
-    FM_TRY(make_room(own, f, c.bytes));
+    fm_flight *f;
+    FM_TRY(fm_flights_take(&own->flights, own->gpu, c.bytes, &f));
     fm_slot *slot;
     fm_ticket done;
     FM_TRY(fm_commands_begin(own->gpu, &slot));
@@ -164,8 +141,7 @@ fm_result fm_gpu_scene_update(fm_scene *scene, fm_ticket *ticket) {
         fm_gpu_mesh_forget(scene->mesh);
         return status;
     }
-    f->ticket = done;
-    own->next = (own->next + 1) % FLIGHTS;
+    fm_flights_sent(&own->flights, done);
     if (!ticket) {
         return fm_gpu_wait(own->gpu, done);
     }

@@ -128,8 +128,13 @@ fm_result fm_scene_add(fm_scene *scene, const fm_mesh *mesh, const fm_transform3
     if (object) {
         *object = (uint32_t)scene->object_count;
     }
-    scene->objects[scene->object_count++] =
-        (fm_scene_object){.first_vertex = vertices, .vertex_count = mesh->vertex_count, .place = *place, .moved = true};
+    scene->objects[scene->object_count++] = (fm_scene_object){.first_vertex = vertices,
+                                                              .vertex_count = mesh->vertex_count,
+                                                              .first_triangle = triangles,
+                                                              .triangle_count = mesh->triangle_count,
+                                                              .shape_version = 1,
+                                                              .place = *place,
+                                                              .moved = true};
     scene->vertex_count += mesh->vertex_count;
     scene->triangle_count += mesh->triangle_count;
     scene->grown = true;
@@ -154,6 +159,7 @@ fm_result fm_scene_deform(fm_scene *scene, uint32_t object, const float (*vertic
     if (deformed->vertex_count > 0) {
         memcpy(scene->rest[deformed->first_vertex], vertices, deformed->vertex_count * sizeof *vertices);
         deformed->moved = deformed->deformed = true;
+        deformed->shape_version++;
     }
     return FM_OK;
 }

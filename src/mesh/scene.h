@@ -8,6 +8,8 @@
 
 typedef struct fm_scene_object {
     uint64_t first_vertex, vertex_count;
+    uint64_t first_triangle, triangle_count;
+    uint64_t shape_version;  // from 1, rises whenever it is deformed
     fm_transform3 place;
     bool moved;     // since the last update
     bool deformed;  // likewise; then `moved` is set too
