@@ -47,7 +47,9 @@ done
 grep -q '^| flood | L | 16 / 32 | 21.89, ours [0-9]' "$work/t/tables.md" || bad "our figure is missing beside the published one"
 grep -q '^| 15 | 3.17, ours [0-9.]* | 7.7, ours [0-9.]* | 12.42, ours [0-9.]* | 32.7, ours [0-9.]* | 46, ours [0-9.]* |$' "$work/t/tables.md" ||
     bad "the masks are missing"
-grep -q '^| lighting | M | .* 3.17, ours - |' "$work/t/tables.md" || bad "lighting is not left open"
+grep -q '^| lighting | M | 8 / 16 | 3.17, ours [0-9]' "$work/t/tables.md" || bad "lighting is missing beside the published one"
+grep -q '^| total | 10.22 | [0-9]' "$work/t/tables.md" || bad "the frame has no sum"
+grep -q '^4 cones ' "$work/t/tables.md" || bad "the ways of shadows are missing"
 grep -q 'Small fields only' "$work/t/tables.md" || bad "it does not say that fields were small"
 "$script" "$work/nothing" >"$work/.out" 2>"$work/.err" && bad "a tree that is not there was measured"
 rm -rf "$work/t"
