@@ -11,15 +11,17 @@ typedef enum bench_mesh_mode {
     BENCH_MESH_RTSDF = 0,  // the published technique
     BENCH_MESH_COARSE,     // voxels, and their exact Euclidean transform
     BENCH_MESH_EXACT,      // the exact signed band
+    BENCH_MESH_COMPOSE,    // of a scene, composed of the objects' own fields
+    BENCH_MESH_SCENE,      // of the same scene, the exact band made anew
     BENCH_MESH_BUILD,      // the tree, made anew
     BENCH_MESH_REFIT,      // the tree, refitted
 } bench_mesh_mode;
 
-extern const char *const bench_mesh_mode_words[];   // "rtsdf", "coarse", "exact", "build", "refit"
+extern const char *const bench_mesh_mode_words[];   // "rtsdf", "coarse", "exact", "compose", "scene", "build", "refit"
 extern const char *const bench_mesh_flood_words[];  // "jfa", "1+jfa", "jfa+2"
 extern const char *const bench_mesh_sign_words[];   // "auto", "pseudonormal", "winding", "none"
 
-enum { BENCH_MESH_POSES = 8 };
+enum { BENCH_MESH_POSES = 8, BENCH_MESH_OBJECTS = 8 };
 
 // A mesh at the poses that it goes through, and a cube that holds them all.
 typedef struct bench_mesh {
@@ -46,7 +48,17 @@ typedef struct bench_mesh_case {
     fm_flood flood;
     fm_sign sign;
     float band;
+    uint32_t moving;  // objects of a scene, at most BENCH_MESH_OBJECTS
 } bench_mesh_case;
+
+// 1, or BENCH_MESH_OBJECTS where there is a scene.
+uint32_t bench_mesh_objects(const bench_mesh_case *what);
+// The grid of the field: around the mesh, or around the objects.
+fm_volume_desc bench_mesh_grid(const bench_mesh_case *what);
+// A scene of copies of the mesh, which the caller destroys. NULL: see fm_last_error.
+fm_scene *bench_mesh_scene(const bench_mesh_case *what, fm_context *context, uint32_t pose);
+fm_transform3 bench_mesh_place(const bench_mesh_case *what, uint32_t object, uint32_t pose);
+bool bench_mesh_scene_move(const bench_mesh_case *what, fm_scene *scene, uint32_t pose);
 
 typedef struct bench_mesh_limits {
     uint32_t frames;  // at most BENCH_STATS_MAX
@@ -86,7 +98,9 @@ typedef struct bench_mesh_state {
     fm_context *context;
     fm_mesh *mesh;
     fm_rtsdf *rtsdf;
-    fm_volume *voxels, *field;
+    fm_scene *scene;
+    fm_composed *composed;
+    fm_volume *voxels, *field;  // `field` is not that of `composed`
     fm_volume_desc grid;
     uint32_t pose;  // of the newest frame
 } bench_mesh_state;

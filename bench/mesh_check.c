@@ -171,12 +171,17 @@ static bool check_coarse(bench_mesh_state *state, fm_mesh *reference, uint32_t s
 static bool check_exact(bench_mesh_state *state, fm_mesh *reference, uint32_t samples, bench_mesh_result *result) {
     const double voxel = state->grid.spacing[0], band = (double)state->what->band * voxel;
     sampler s;
-    float *field = download(state->field), *winding = malloc((samples + 1) * sizeof *winding);
+    fm_composed_info info = {0};
+    if (state->composed) {
+        fm_composed_describe(state->composed, &info);
+    }
+    float *field = download(state->composed ? fm_composed_field(state->composed) : state->field),
+          *winding = malloc((samples + 1) * sizeof *winding);
     const bool good = sampler_make(&state->grid, samples, reference, &s) && field && winding &&
                       fm_mesh_winding(reference, (const float(*)[3])s.places, samples, INFINITY, winding) == FM_OK;
     for (uint32_t i = 0; good && i < samples; i++) {
         const double d = (double)s.closest[i].distance, f = (double)field[s.at[i]];
-        const double slack = 1e-4 * voxel + 4e-7 * fabs(state->grid.origin[0]);
+        const double slack = 1e-4 * voxel + 4e-7 * fabs(state->grid.origin[0]) + info.error;
         const bool outside = d > band && fabs(f) >= band - slack;
         judge(result, outside || fabs(fabs(f) - d) <= slack, s.places[i], "the distance", f, d);
         const bool told = state->what->sign != FM_SIGN_NONE && d > slack && fabsf(winding[i] - 0.5f) > 0.05f;
@@ -212,16 +217,21 @@ static bool check_tree(bench_mesh_state *state, fm_mesh *reference, uint32_t sam
 
 const char *bench_mesh_check(bench_session *session, bench_mesh_state *state, uint32_t samples, bench_mesh_result *result) {
     fm_context *context = bench_session_context(session, FM_BACKEND_CPU);
-    fm_mesh *reference = context ? bench_mesh_on(state->what->mesh, context, state->pose) : NULL;
+    fm_scene *scene = context && state->scene ? bench_mesh_scene(state->what, context, state->pose) : NULL;
+    fm_mesh *own = context && !state->scene ? bench_mesh_on(state->what->mesh, context, state->pose) : NULL;
+    fm_mesh *reference = scene && fm_scene_update(scene, FM_TREE_REFIT, NULL) == FM_OK ? fm_scene_mesh(scene) : own;
     if (!reference) {
+        fm_scene_destroy(scene);
         return fm_last_error();
     }
     static bool (*const checks[])(bench_mesh_state *, fm_mesh *, uint32_t, bench_mesh_result *) = {
-        [BENCH_MESH_RTSDF] = check_rtsdf, [BENCH_MESH_COARSE] = check_coarse, [BENCH_MESH_EXACT] = check_exact,
-        [BENCH_MESH_BUILD] = check_tree,  [BENCH_MESH_REFIT] = check_tree,
+        [BENCH_MESH_RTSDF] = check_rtsdf,   [BENCH_MESH_COARSE] = check_coarse, [BENCH_MESH_EXACT] = check_exact,
+        [BENCH_MESH_COMPOSE] = check_exact, [BENCH_MESH_SCENE] = check_exact,   [BENCH_MESH_BUILD] = check_tree,
+        [BENCH_MESH_REFIT] = check_tree,
     };
     const bool done = samples == 0 || checks[state->what->mode](state, reference, samples, result);
     result->samples = done ? samples : 0;
-    fm_mesh_destroy(reference);
+    fm_scene_destroy(scene);
+    fm_mesh_destroy(own);
     return !done ? fm_last_error() : result->wrong > 0 ? message : NULL;
 }

@@ -41,7 +41,15 @@ static bool coarse_frame(bench_mesh_state *state, frame_passes *passes) {
 
 static bool exact_frame(bench_mesh_state *state, frame_passes *passes) {
     const fm_sdf_desc desc = {.band = state->what->band, .sign = state->what->sign};
-    return fm_mesh_sdf(state->mesh, &desc, state->field, NULL, NULL, NULL) == FM_OK && add_passes(state, NULL, passes);
+    fm_mesh *mesh = state->scene ? fm_scene_mesh(state->scene) : state->mesh;
+    return fm_mesh_sdf(mesh, &desc, state->field, NULL, NULL, NULL) == FM_OK && add_passes(state, NULL, passes);
+}
+
+// On the processor vertices move without a pass.
+static bool scene_frame(bench_mesh_state *state, frame_passes *passes) {
+    const bool device = fm_context_backend(state->context) == FM_BACKEND_VULKAN;
+    return fm_scene_update(state->scene, FM_TREE_REFIT, NULL) == FM_OK && (!device || add_passes(state, NULL, passes)) &&
+           exact_frame(state, passes);
 }
 
 // A ray that hits nothing much makes the tree follow the mesh.
@@ -69,6 +77,10 @@ static bool frame(bench_mesh_state *state, frame_passes *passes) {
         return coarse_frame(state, passes);
     case BENCH_MESH_EXACT:
         return exact_frame(state, passes);
+    case BENCH_MESH_COMPOSE:
+        return fm_composed_update(state->composed, NULL) == FM_OK && add_passes(state, NULL, passes);
+    case BENCH_MESH_SCENE:
+        return scene_frame(state, passes);
     default:
         return tree_frame(state, passes);
     }
@@ -77,6 +89,9 @@ static bool frame(bench_mesh_state *state, frame_passes *passes) {
 static bool move(bench_mesh_state *state, uint32_t pose) {
     const fm_tree tree = state->what->mode == BENCH_MESH_BUILD ? FM_TREE_REBUILD : FM_TREE_REFIT;
     state->pose = pose % BENCH_MESH_POSES;
+    if (state->scene) {
+        return bench_mesh_scene_move(state->what, state->scene, state->pose);
+    }
     return fm_mesh_deform(state->mesh, (const float(*)[3])state->what->mesh->poses[state->pose], tree) == FM_OK;
 }
 
@@ -141,8 +156,24 @@ static bool prepare_rtsdf(bench_mesh_state *state) {
     return fm_rtsdf_create(state->context, &desc, &state->rtsdf) == FM_OK;
 }
 
+static bool prepare_scene(bench_mesh_state *state) {
+    const bench_mesh_case *what = state->what;
+    state->grid = bench_mesh_grid(what);
+    state->scene = bench_mesh_scene(what, state->context, 0);
+    if (!state->scene || what->mode == BENCH_MESH_SCENE) {
+        return state->scene && fm_volume_create(state->context, &state->grid, &state->field) == FM_OK;
+    }
+    fm_composed_desc desc = {.shape = state->grid.shape, .band = what->band, .sign = what->sign};
+    memcpy(desc.spacing, state->grid.spacing, sizeof desc.spacing);
+    memcpy(desc.origin, state->grid.origin, sizeof desc.origin);
+    return fm_composed_create(state->scene, &desc, &state->composed) == FM_OK;
+}
+
 static bool prepare(bench_mesh_state *state) {
     const bench_mesh_case *what = state->what;
+    if (bench_mesh_objects(what) > 1) {
+        return prepare_scene(state);
+    }
     state->mesh = bench_mesh_on(what->mesh, state->context, 0);
     if (!state->mesh || what->mode >= BENCH_MESH_BUILD) {
         return state->mesh != NULL;
@@ -150,11 +181,7 @@ static bool prepare(bench_mesh_state *state) {
     if (what->mode == BENCH_MESH_RTSDF) {
         return prepare_rtsdf(state);
     }
-    state->grid = (fm_volume_desc){.shape = {what->edge, what->edge, what->edge}, .type = FM_TYPE_F32};
-    for (int i = 0; i < 3; i++) {
-        state->grid.spacing[i] = (what->mesh->high[i] - what->mesh->low[i]) / what->edge;
-        state->grid.origin[i] = what->mesh->low[i] + state->grid.spacing[i] / 2;
-    }
+    state->grid = bench_mesh_grid(what);
     fm_volume_desc voxels = state->grid;
     voxels.type = FM_TYPE_BITS;
     return fm_volume_create(state->context, &state->grid, &state->field) == FM_OK &&
@@ -200,6 +227,8 @@ bool bench_mesh_measure(bench_session *session, const bench_mesh_case *what, con
     fm_rtsdf_destroy(state.rtsdf);
     fm_volume_destroy(state.voxels);
     fm_volume_destroy(state.field);
+    fm_composed_destroy(state.composed);
+    fm_scene_destroy(state.scene);
     fm_mesh_destroy(state.mesh);
     if (state.context) {
         fm_context_trim(state.context);

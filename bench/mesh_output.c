@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-const char *const bench_mesh_mode_words[] = {"rtsdf", "coarse", "exact", "build", "refit", NULL};
+const char *const bench_mesh_mode_words[] = {"rtsdf", "coarse", "exact", "compose", "scene", "build", "refit", NULL};
 const char *const bench_mesh_flood_words[] = {"jfa", "1+jfa", "jfa+2", NULL};
 const char *const bench_mesh_sign_words[] = {"auto", "pseudonormal", "winding", "none", NULL};
 
@@ -22,6 +22,19 @@ static bool is_rtsdf(const bench_mesh_result *result) {
 
 static bool has_field(const bench_mesh_result *result) {
     return result->what.mode < BENCH_MESH_BUILD;
+}
+
+static bool has_band(const bench_mesh_result *result) {
+    return result->what.mode == BENCH_MESH_EXACT || bench_mesh_objects(&result->what) > 1;
+}
+
+// Of all objects.
+static uint64_t triangles(const bench_mesh_result *result) {
+    return result->what.mesh->triangle_count * bench_mesh_objects(&result->what);
+}
+
+static uint64_t vertices(const bench_mesh_result *result) {
+    return result->what.mesh->vertex_count * bench_mesh_objects(&result->what);
 }
 
 static double ratio(const bench_mesh_result *result) {
@@ -53,8 +66,8 @@ void bench_mesh_print(FILE *stream, const bench_mesh_result *result) {
         snprintf(mask, sizeof mask, "%g", (double)what->mask);
     }
     const char *name = strrchr(what->mesh->name, '/') ? strrchr(what->mesh->name, '/') + 1 : what->mesh->name;
-    fprintf(stream, "%-16.16s %9" PRIu64 " %-7s %5s %5s %6s ", name, what->mesh->triangle_count, bench_mesh_mode_words[what->mode],
-            edge, rays, mask);
+    fprintf(stream, "%-16.16s %9" PRIu64 " %-7s %5s %5s %6s ", name, triangles(result), bench_mesh_mode_words[what->mode], edge,
+            rays, mask);
     if (result->failure[0]) {
         fprintf(stream, "FAILED: %s\n", result->failure);
         return;
@@ -69,7 +82,7 @@ void bench_mesh_print(FILE *stream, const bench_mesh_result *result) {
 }
 
 void bench_mesh_csv_header(FILE *stream) {
-    fprintf(stream, "mesh,triangles,vertices,mode,edge,rays,mask,flood,sign,band,device,frames");
+    fprintf(stream, "mesh,triangles,vertices,mode,edge,rays,mask,flood,sign,band,objects,moving,device,frames");
     bench_csv_stats_header(stream, "kernels");
     bench_csv_stats_header(stream, "wall");
     bench_csv_stats_header(stream, "move");
@@ -89,16 +102,20 @@ void bench_mesh_csv_header(FILE *stream) {
 static void csv_case(FILE *stream, const bench_mesh_result *result) {
     const bench_mesh_case *what = &result->what;
     bench_csv_text(stream, what->mesh->name);
-    fprintf(stream, ",%" PRIu64 ",%" PRIu64 ",%s", what->mesh->triangle_count, what->mesh->vertex_count,
-            bench_mesh_mode_words[what->mode]);
+    fprintf(stream, ",%" PRIu64 ",%" PRIu64 ",%s", triangles(result), vertices(result), bench_mesh_mode_words[what->mode]);
     fprintf(stream, has_field(result) ? ",%u" : ",", what->edge);
     if (is_rtsdf(result)) {
         fprintf(stream, ",%u,%g,%s", what->rays, (double)what->mask, bench_mesh_flood_words[what->flood]);
     } else {
         fprintf(stream, ",,,");
     }
-    if (what->mode == BENCH_MESH_EXACT) {
-        fprintf(stream, ",%s,%g,", bench_mesh_sign_words[what->sign], (double)what->band);
+    if (has_band(result)) {
+        fprintf(stream, ",%s,%g", bench_mesh_sign_words[what->sign], (double)what->band);
+    } else {
+        fprintf(stream, ",,");
+    }
+    if (bench_mesh_objects(what) > 1) {
+        fprintf(stream, ",%u,%u,", bench_mesh_objects(what), what->moving);
     } else {
         fprintf(stream, ",,,");
     }
@@ -144,8 +161,8 @@ cJSON *bench_mesh_json(const bench_mesh_result *result) {
     const bench_mesh_case *what = &result->what;
     cJSON *row = cJSON_CreateObject();
     cJSON_AddStringToObject(row, "mesh", what->mesh->name);
-    cJSON_AddNumberToObject(row, "triangles", (double)what->mesh->triangle_count);
-    cJSON_AddNumberToObject(row, "vertices", (double)what->mesh->vertex_count);
+    cJSON_AddNumberToObject(row, "triangles", (double)triangles(result));
+    cJSON_AddNumberToObject(row, "vertices", (double)vertices(result));
     cJSON_AddStringToObject(row, "mode", bench_mesh_mode_words[what->mode]);
     if (has_field(result)) {
         cJSON_AddNumberToObject(row, "edge", what->edge);
@@ -156,7 +173,11 @@ cJSON *bench_mesh_json(const bench_mesh_result *result) {
         cJSON_AddItemToObject(row, "mask", isinf(what->mask) ? cJSON_CreateString("inf") : cJSON_CreateNumber((double)what->mask));
         cJSON_AddStringToObject(row, "flood", bench_mesh_flood_words[what->flood]);
     }
-    if (what->mode == BENCH_MESH_EXACT) {
+    if (bench_mesh_objects(what) > 1) {
+        cJSON_AddNumberToObject(row, "objects", bench_mesh_objects(what));
+        cJSON_AddNumberToObject(row, "moving", what->moving);
+    }
+    if (has_band(result)) {
         cJSON_AddStringToObject(row, "sign", bench_mesh_sign_words[what->sign]);
         cJSON_AddNumberToObject(row, "band", (double)what->band);
     }

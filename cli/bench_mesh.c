@@ -20,6 +20,7 @@ typedef struct mesh_plan {
     float masks[MAX_LIST];
     int mesh_count, mode_count, size_count, edge_count, ray_count, mask_count;
     int flood, sign;
+    uint32_t moving;
     double band;
     uint32_t triangles;
     bool still;
@@ -71,7 +72,8 @@ static void measure_mode(const mesh_plan *plan, bench_session *session, const be
                             .mode = (bench_mesh_mode)mode,
                             .flood = (fm_flood)plan->flood,
                             .sign = (fm_sign)plan->sign,
-                            .band = (float)plan->band};
+                            .band = (float)plan->band,
+                            .moving = plan->moving};
     if (what.mode == BENCH_MESH_RTSDF) {
         measure_rtsdf(plan, session, &what, out);
         return;
@@ -221,8 +223,8 @@ static bool take_mask(const char *option, const char *word, void *user) {
 }
 
 typedef struct mesh_args {
-    struct arg_str *mesh, *triangles, *mode, *size, *edge, *rays, *mask, *flood, *band, *sign, *frames, *seconds, *warm_up, *check,
-        *backend, *device, *threads, *csv, *json;
+    struct arg_str *mesh, *triangles, *mode, *size, *edge, *rays, *mask, *flood, *moving, *band, *sign, *frames, *seconds, *warm_up,
+        *check, *backend, *device, *threads, *csv, *json;
     struct arg_lit *still, *quiet;
 } mesh_args;
 
@@ -230,17 +232,21 @@ static void add_options(cli_args *args, mesh_args *a) {
     a->mesh = cli_add(args, arg_str0(NULL, "mesh", "NAME|FILE,...", "torus (default), sphere, tubes, sheet, or files"));
     a->triangles = cli_add(args, arg_str0(NULL, "triangles", "N", "about so many of a mesh that is no file; default 86000"));
     a->still = cli_add(args, arg_lit0(NULL, "still", "the positions stay; they are given anew each frame all the same"));
-    a->mode = cli_add(args, arg_str0(NULL, "mode", "rtsdf|coarse|exact|build|refit,...",
-                                     "the published technique; voxels with their exact transform; the exact band; the tree; "
-                                     "default all"));
+    a->mode = cli_add(
+        args, arg_str0(NULL, "mode", "rtsdf|coarse|exact|compose|scene|build|refit,...",
+                       "the published technique; voxels with their exact transform; the exact band; the band of a scene of 8 "
+                       "copies, composed of their own fields, or made anew; the tree; "
+                       "default all"));
     a->size =
         cli_add(args, arg_str0(NULL, "size", "S|M|L|N,...", "rtsdf: edge of the coarse field, 64, 128, 256 or N; default all"));
     a->rays = cli_add(args, arg_str0(NULL, "rays", "X,...", "rtsdf: a texel and frame; default 0,1,5,10,15"));
     a->mask = cli_add(args, arg_str0(NULL, "mask", "D,...", "rtsdf: default .01,.05,.1,.5,inf"));
     a->flood = cli_add(args, arg_str0(NULL, "flood", "jfa|1+jfa|jfa+2", "rtsdf: default jfa"));
-    a->edge = cli_add(args, arg_str0(NULL, "edge", "N,...", "coarse, exact: edge of the field; default 256,512"));
-    a->band = cli_add(args, arg_str0(NULL, "band", "B", "exact: in voxels; default 3"));
-    a->sign = cli_add(args, arg_str0(NULL, "sign", "auto|pseudonormal|winding|none", "exact: default pseudonormal"));
+    a->edge = cli_add(args, arg_str0(NULL, "edge", "N,...", "of the field, but for rtsdf; default 256,512"));
+    a->moving = cli_add(args, arg_str0(NULL, "moving", "N", "compose, scene: objects that turn each frame, 1 to 8; default 2"));
+    a->band = cli_add(args, arg_str0(NULL, "band", "B", "exact, compose, scene: in voxels; default 3"));
+    a->sign =
+        cli_add(args, arg_str0(NULL, "sign", "auto|pseudonormal|winding|none", "exact, compose, scene: default pseudonormal"));
     a->frames = cli_add(args, arg_str0(NULL, "frames", "N", "of a case, at most 1000; default 100"));
     a->seconds = cli_add(args, arg_str0(NULL, "seconds", "S", "begin no frame of a case after this; default 5"));
     a->warm_up = cli_add(args, arg_str0(NULL, "warm-up", "S", "before each case; default 1"));
@@ -262,6 +268,7 @@ static bool read_numbers(const mesh_args *a, mesh_plan *p) {
     int backend = 0;
     if (!cli_uint32("--triangles", given(a->triangles, "86000"), 12, &p->triangles) ||
         !cli_uint32("--frames", given(a->frames, "100"), 1, &p->limits.frames) ||
+        !cli_uint32("--moving", given(a->moving, "2"), 1, &p->moving) ||
         !cli_uint32("--check", given(a->check, "400"), 0, &p->limits.samples) ||
         !cli_double("--seconds", given(a->seconds, "5"), &p->limits.seconds) ||
         !cli_double("--warm-up", given(a->warm_up, "1"), &warm_up) || !cli_double("--band", given(a->band, "3"), &p->band) ||
@@ -275,6 +282,10 @@ static bool read_numbers(const mesh_args *a, mesh_plan *p) {
         cli_usage("--frames is at most %d, --band above 0, --triangles at most 100 million", BENCH_STATS_MAX);
         return false;
     }
+    if (p->moving > BENCH_MESH_OBJECTS) {
+        cli_usage("--moving is %u: 1 to %d objects", p->moving, BENCH_MESH_OBJECTS);
+        return false;
+    }
     p->limits.warm_up_ms = warm_up * 1e3;
     p->session.backend = (fm_backend)backend;
     p->session.device = given(a->device, NULL);
@@ -286,8 +297,8 @@ static bool read_plan(const mesh_args *a, mesh_plan *p) {
     p->quiet = a->quiet->count > 0;
     p->still = a->still->count > 0;
     return read_numbers(a, p) && cli_each("--mesh", given(a->mesh, "torus"), MAX_LIST, take_mesh, p) &&
-           cli_words("--mode", given(a->mode, "rtsdf,coarse,exact,build,refit"), bench_mesh_mode_words, MAX_LIST, p->modes,
-                     &p->mode_count) &&
+           cli_words("--mode", given(a->mode, "rtsdf,coarse,exact,compose,scene,build,refit"), bench_mesh_mode_words, MAX_LIST,
+                     p->modes, &p->mode_count) &&
            cli_each("--size", given(a->size, "S,M,L"), MAX_LIST, take_size, p) &&
            cli_each("--edge", given(a->edge, "256,512"), MAX_LIST, take_edge, p) &&
            cli_each("--rays", given(a->rays, "0,1,5,10,15"), MAX_LIST, take_rays, p) &&
@@ -298,9 +309,11 @@ int command_bench_mesh(int argc, char **argv) {
     static const cli_help help = {
         "bench mesh",
         "Measures what a mesh that moves costs each frame: the published RTSDF at its sizes, rays and masks, voxels with their\n"
-        "exact distances, the exact signed band, and the tree. A sample of every result is checked.",
+        "exact distances, the exact signed band, the band of a scene of several objects, and the tree. A sample of every result is "
+        "checked.",
         "fathom bench mesh\n"
         "fathom bench mesh --mode rtsdf --size M --rays 5 --mask .01,.05,.1,.5,inf --csv masks.csv\n"
+        "fathom bench mesh --mode compose,scene --moving 1 --edge 256\n"
         "fathom bench mesh --mode exact,build,refit --mesh bunny.ply --edge 256\n"
         "fathom bench mesh --mode rtsdf,coarse --size 16 --edge 32 --rays 1 --mask .1 --triangles 2000 --frames 3 --warm-up 0\n"};
     cli_args args = {0};

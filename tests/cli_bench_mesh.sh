@@ -28,8 +28,23 @@ masks = {r["mask"] if r["mask"] == "inf" else round(r["mask"], 6) for r in d if 
 assert masks == {0.1, "inf"}
 ' "$work/m.json" || bad "m.json is not as expected"
 fi
+# Scenes: composed of their objects' fields, and made anew.
+# shellcheck disable=SC2086
+ends 0 bench mesh $small --mode compose,scene --edge 24 --moving 3 --json s.json
+grep -q FAILED "$work/.out" && bad "a case failed: $(grep FAILED "$work/.out" | head -n 1)"
+if command -v python3 >/dev/null; then
+    python3 -c '
+import json, sys
+d = json.load(open(sys.argv[1]))
+assert [r["mode"] for r in d] == ["compose", "scene"]
+assert all(r["failure"] == "" and r["wrong"] == 0 and r["samples"] == 200 for r in d)
+assert all(r["objects"] == 8 and r["moving"] == 3 and r["edge"] == 24 for r in d)
+assert [p["name"] for p in d[0]["passes"]] == ["compose"]
+' "$work/s.json" || bad "s.json is not as expected"
+fi
 # shellcheck disable=SC2086
 {
+    ends 2 bench mesh $small --mode compose --moving 9
     ends 1 bench mesh $small --mode coarse --edge 8 --mesh nothing.ply
     ends 2 bench mesh $small --mode fast
     ends 2 bench mesh $small --size XL
@@ -53,5 +68,5 @@ grep -q '^4 cones ' "$work/t/tables.md" || bad "the ways of shadows are missing"
 grep -q 'Small fields only' "$work/t/tables.md" || bad "it does not say that fields were small"
 "$script" "$work/nothing" >"$work/.out" 2>"$work/.err" && bad "a tree that is not there was measured"
 rm -rf "$work/t"
-holds m.csv m.json
+holds m.csv m.json s.json
 finish

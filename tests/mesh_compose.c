@@ -216,7 +216,7 @@ static uint64_t touched_by(fm_composed *composed) {
     return info.touched;
 }
 
-static void moving(float detail, uint32_t most) {
+static void moving(float detail, uint32_t most, int frames) {
     const fm_composed_desc desc = describe(detail, most);
     stage s;
     if (!open_stage(&s)) {
@@ -227,7 +227,7 @@ static void moving(float detail, uint32_t most) {
     CHECK(touched_by(composed) == TEXELS);
     check_field(&s, composed);
     CHECK(touched_by(composed) == 0);
-    for (int frame = 0; frame < 7; frame++) {
+    for (int frame = 0; frame < frames; frame++) {
         if (frame == 3) {
             add(&s, scene_mesh_sphere(9, 12, (const float[]){0.2f, 0, 0}, 0.3f), random_place(0.5f));
         }
@@ -318,6 +318,34 @@ static void in_flight(void) {
     fm_composed_destroy(composed);
     CHECK_OK(fm_wait(context, ticket));
     close_stage(&s);
+}
+
+// More objects than a work group looks at in one go.
+static void many(void) {
+    scene_mesh box = scene_mesh_box((const float[]){-0.1f, -0.1f, -0.1f}, (const float[]){0.1f, 0.1f, 0.1f});
+    const fm_composed_desc desc = describe(0, 16);
+    fm_context *const where[2] = {context, processor};
+    float *values[2];
+    const uint64_t first = seed;
+    for (int i = 0; i < 2; i++) {
+        fm_mesh *mesh = mesh_of(where[i], &box);
+        fm_scene *scene = NULL;
+        CHECK_OK(fm_scene_create(where[i], &scene));
+        seed = first;
+        for (int object = 0; object < 260; object++) {
+            const fm_transform3 place = random_place(1.7f);
+            CHECK_OK(fm_scene_add(scene, mesh, &place, NULL));
+        }
+        fm_mesh_destroy(mesh);
+        fm_composed *composed = compose_anew(scene, &desc);
+        values[i] = download(composed);
+        fm_composed_destroy(composed);
+        fm_scene_destroy(scene);
+    }
+    CHECK(farthest(values[0], values[1]) <= 2e-6);
+    free(values[0]);
+    free(values[1]);
+    scene_mesh_free(&box);
 }
 
 static void bad_arguments(void) {
@@ -438,11 +466,14 @@ int main(int count, char **arguments) {
         return check_summary();
     }
     context = vulkan ? context : processor;
-    moving(0, 0);
-    moving(2, 24);
+    moving(0, 0, 7);
+    moving(2, 24, 3);
     printf("the largest error is %.3g of its bound\n", worst);
     little();
     in_flight();
+    if (vulkan) {
+        many();
+    }
     bad_arguments();
     scene_mesh sphere = scene_mesh_sphere(8, 9, (const float[]){0, 0, 0}, 0.5f);
     exhaust("a composed field", compose_with_little_memory, &sphere, -1);

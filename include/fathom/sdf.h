@@ -108,7 +108,7 @@ typedef struct fm_composed_info {
     // / 2 times the edge of the largest local texel, for that is how far the mean of eight texels can be off when distances change
     // by no more than the way. Where the nearest surface is smooth, of radius r, errors are about the squared edge over 4 r.
     double error;
-    uint64_t touched;       // texels of the scene's field that the newest update computed
+    uint64_t touched;       // texels of the scene's field that the newest update computed, in whole blocks
     uint64_t local_texels;  // of all local fields
 } fm_composed_info;
 
@@ -126,9 +126,9 @@ FM_API void fm_composed_destroy(fm_composed *composed);
 
 // Makes the field that of the objects as they were last added, moved and deformed; fm_scene_update need not be called for that.
 // Only texels around objects that have changed are touched, around where they were and where they are, and the field is, bit for
-// bit, as if all had been computed anew. Asynchronous on Vulkan, complete at `ticket` (NULL: waits), but for the local fields of
-// new objects, which are waited for. Pass: "compose". Errors: FM_ERROR_INVALID_ARGUMENT for NULL, and for an object whose place is
-// not rigid (rows that are off from right angles and lengths of 1 by more than 1e-4); those of fm_mesh_sdf.
+// bit, as if all had been computed anew. Asynchronous on Vulkan, complete at `ticket` (NULL: waits), but waits before the
+// local fields of objects that are new or have deformed. Pass: "compose". Errors: FM_ERROR_INVALID_ARGUMENT for NULL, and for an
+// object whose place is not rigid (rows that are off from right angles and lengths of 1 by more than 1e-4); those of fm_mesh_sdf.
 FM_API fm_result fm_composed_update(fm_composed *composed, fm_ticket *ticket);
 
 // The field: F32, as of the last update, where the context computes. It is the object's, and only it may write it.
