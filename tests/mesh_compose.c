@@ -320,6 +320,34 @@ static void in_flight(void) {
     close_stage(&s);
 }
 
+// Two of one shape share a local field until one of them deforms.
+static void shared(void) {
+    const fm_composed_desc desc = describe(0, 0);
+    fm_composed_info one, two, three;
+    stage s = {.count = 0};
+    if (!CHECK_OK(fm_scene_create(context, &s.scene)) || !CHECK_OK(fm_scene_create(processor, &s.twin))) {
+        return;
+    }
+    fm_composed *composed = compose_anew(s.scene, &desc);
+    for (int i = 0; i < 2; i++) {
+        add(&s, scene_mesh_torus(20, 10, (const float[]){0, 0, 0}, 0.5f, 0.2f), random_place(1));
+        CHECK_OK(fm_composed_update(composed, NULL));
+        fm_composed_describe(composed, i ? &two : &one);
+        check_field(&s, composed);
+    }
+    CHECK(one.local_texels > 0 && two.local_texels == one.local_texels);
+    for (uint32_t i = 0; i < 2; i++) {
+        deform(&s, i);
+        CHECK_OK(fm_composed_update(composed, NULL));
+        fm_composed_describe(composed, &three);
+        CHECK(three.local_texels > one.local_texels);
+        check_field(&s, composed);
+        check_same(&s, composed, &desc);
+    }
+    fm_composed_destroy(composed);
+    close_stage(&s);
+}
+
 // More objects than a work group looks at in one go.
 static void many(void) {
     scene_mesh box = scene_mesh_box((const float[]){-0.1f, -0.1f, -0.1f}, (const float[]){0.1f, 0.1f, 0.1f});
@@ -470,6 +498,7 @@ int main(int count, char **arguments) {
     moving(2, 24, 3);
     printf("the largest error is %.3g of its bound\n", worst);
     little();
+    shared();
     in_flight();
     if (vulkan) {
         many();

@@ -115,7 +115,8 @@ typedef struct fm_composed_info {
 // A field of a scene that is put together from a local field of each object, made once and again only when the object deforms, and
 // placed as the object is: the least of the objects' signed distances, within the band. Beyond it texels have the band's width with
 // the sign. Where closed objects overlap it is a field of their union: right outside, right in sign, and inside never deeper than
-// it is. Only what moved is computed anew. Same thread rule as its context.
+// it is. Only what moved is computed anew. Objects that were added with the same shape share a local field until they deform. Same
+// thread rule as its context.
 typedef struct fm_composed fm_composed;
 
 // The scene must outlive it. Errors: FM_ERROR_INVALID_ARGUMENT for NULL and numbers outside their ranges; FM_ERROR_RANGE; the

@@ -97,7 +97,7 @@ void fm_composed_destroy(fm_composed *composed) {
         fm_gpu_compose_destroy(composed);
     }
     for (uint64_t i = 0; i < composed->item_count; i++) {
-        fm_volume_destroy(composed->items[i].local);
+        fm_composed_release(composed, &composed->items[i]);
         fm_mesh_destroy(composed->items[i].mesh);
     }
     fm_volume_destroy(composed->field);
@@ -111,14 +111,22 @@ fm_volume *fm_composed_field(fm_composed *composed) {
     return composed ? composed->field : NULL;
 }
 
+static bool first_user(const fm_composed *composed, uint64_t number) {
+    uint64_t first = 0;
+    while (composed->items[first].local != composed->items[number].local) {
+        first++;
+    }
+    return first == number;
+}
+
 void fm_composed_describe(const fm_composed *composed, fm_composed_info *info) {
     double largest = 0;
     *info = (fm_composed_info){.touched = composed->touched};
     for (uint64_t i = 0; i < composed->item_count; i++) {
-        const fm_volume *local = composed->items[i].local;
-        if (local) {
-            largest = fmax(largest, local->desc.spacing[0]);
-            info->local_texels += fm_voxels(local->desc.shape);
+        const fm_composed_local *local = composed->items[i].local;
+        if (local && first_user(composed, i)) {
+            largest = fmax(largest, local->volume->desc.spacing[0]);
+            info->local_texels += fm_voxels(local->volume->desc.shape);
         }
     }
     info->error = sqrt(3) / 2 * largest;
@@ -230,7 +238,7 @@ fm_result fm_composed_update(fm_composed *composed, fm_ticket *ticket) {
     }
     FM_TRY(make_items(composed));
     for (uint64_t i = 0; i < composed->item_count; i++) {
-        FM_TRY(fm_composed_prepare(composed, &scene->objects[i], &composed->items[i]));
+        FM_TRY(fm_composed_prepare(composed, i));
     }
     fm_gpu *gpu = composed->context->gpu;
     fm_ticket done = 0;

@@ -11,10 +11,16 @@
 
 typedef struct fm_gpu_composed fm_gpu_composed;
 
+// The local field of an object, or of several that were added with the same shape.
+typedef struct fm_composed_local {
+    fm_volume *volume;
+    uint64_t users;
+} fm_composed_local;
+
 typedef struct fm_composed_item {
     uint64_t shape_version;          // of the local field; 0: it is to be made
     fm_mesh *mesh;                   // kept of an object that has deformed
-    fm_volume *local;                // NULL: of an object without triangles
+    fm_composed_local *local;        // NULL: of an object without triangles
     fm_transform3 place;             // with which `record` was made
     bool changed;                    // since the field was composed
     fm_compose_object record, next;  // as the field has it, and as it is to be
@@ -44,8 +50,10 @@ struct fm_composed {
     fm_gpu_composed *gpu;
 };
 
-// compose_local.c: makes the item's local field fit the object's present shape and works out `next` for its present place.
-fm_result fm_composed_prepare(fm_composed *composed, const fm_scene_object *object, fm_composed_item *item);
+// compose_local.c: makes the local field of object `number` fit its present shape and works out `next` for its present place.
+fm_result fm_composed_prepare(fm_composed *composed, uint64_t number);
+// Of an item; the last user destroys it. Nothing may be in flight.
+void fm_composed_release(fm_composed *composed, fm_composed_item *item);
 // FM_ERROR_INVALID_ARGUMENT unless the object's place is a rotation or reflection and a shift.
 fm_result fm_composed_check_place(const fm_scene_object *object, uint64_t number);
 

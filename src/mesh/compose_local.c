@@ -81,33 +81,50 @@ static fm_result make_mesh(const fm_composed *composed, const fm_scene_object *o
     return status;
 }
 
-static fm_result replace_volume(fm_composed *composed, fm_volume *volume, fm_composed_item *item) {
-    fm_gpu *gpu = composed->context->gpu;
-    const fm_result status = gpu && item->local ? fm_gpu_wait(gpu, fm_gpu_newest(gpu)) : FM_OK;
-    if (status != FM_OK) {
-        fm_volume_destroy(volume);
-        return status;
+void fm_composed_release(fm_composed *composed, fm_composed_item *item) {
+    fm_composed_local *local = item->local;
+    item->local = NULL;
+    if (local && --local->users == 0) {
+        fm_volume_destroy(local->volume);
+        fm_mesh_free(composed->context, local, sizeof *local);
     }
-    fm_volume_destroy(item->local);
-    item->local = volume;
+}
+
+// Once nothing in flight reads it.
+static fm_result drop_local(fm_composed *composed, fm_composed_item *item) {
+    fm_gpu *gpu = composed->context->gpu;
+    if (gpu && item->local && item->local->users == 1) {
+        FM_TRY(fm_gpu_wait(gpu, fm_gpu_newest(gpu)));
+    }
+    fm_composed_release(composed, item);
     return FM_OK;
 }
 
 static fm_result make_volume(fm_composed *composed, const fm_volume_desc *grid, fm_composed_item *item) {
-    if (item->local && fm_shape_equal(item->local->desc.shape, grid->shape)) {
-        memcpy(item->local->desc.spacing, grid->spacing, sizeof grid->spacing);
-        memcpy(item->local->desc.origin, grid->origin, sizeof grid->origin);
+    fm_composed_local *local = item->local;
+    if (local && local->users == 1 && fm_shape_equal(local->volume->desc.shape, grid->shape)) {
+        memcpy(local->volume->desc.spacing, grid->spacing, sizeof grid->spacing);
+        memcpy(local->volume->desc.origin, grid->origin, sizeof grid->origin);
         return FM_OK;
     }
-    fm_volume *volume;
-    FM_TRY(fm_volume_create(composed->context, grid, &volume));
-    return replace_volume(composed, volume, item);
+    FM_TRY(drop_local(composed, item));
+    local = fm_mesh_alloc_zero(composed->context, sizeof *local, "a local field");
+    if (!local) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    local->users = 1;
+    item->local = local;
+    const fm_result status = fm_volume_create(composed->context, grid, &local->volume);
+    if (status != FM_OK) {
+        fm_composed_release(composed, item);
+    }
+    return status;
 }
 
 static fm_result make_field(fm_composed *composed, fm_mesh *mesh, fm_composed_item *item) {
     double low[3], high[3];
     if (!box_of(mesh, low, high)) {
-        return replace_volume(composed, NULL, item);
+        return drop_local(composed, item);
     }
     fm_volume_desc grid = {0};
     fit(composed, low, high, &grid);
@@ -115,11 +132,49 @@ static fm_result make_field(fm_composed *composed, fm_mesh *mesh, fm_composed_it
     // A cell in which the field is within the band has no corner farther than its diagonal beyond.
     const fm_sdf_desc desc = {.band = (float)((double)composed->band / grid.spacing[0] + BESIDE), .sign = composed->sign};
     fm_ticket ticket;
-    return fm_mesh_sdf(mesh, &desc, item->local, NULL, NULL, &ticket);
+    return fm_mesh_sdf(mesh, &desc, item->local->volume, NULL, NULL, &ticket);
 }
 
-static fm_result make_local(fm_composed *composed, const fm_scene_object *object, fm_composed_item *item) {
+// Whether two objects have the same vertices and triangles, bit for bit.
+static bool same_shape(const fm_scene *scene, const fm_scene_object *a, const fm_scene_object *b) {
+    if (a->vertex_count != b->vertex_count || a->triangle_count != b->triangle_count ||
+        (a->vertex_count > 0 &&
+         memcmp(scene->rest + a->first_vertex, scene->rest + b->first_vertex, a->vertex_count * sizeof *scene->rest) != 0)) {
+        return false;
+    }
+    for (uint64_t i = 0; i < 3 * a->triangle_count; i++) {
+        if (scene->triangles[a->first_triangle + i / 3][i % 3] - a->first_vertex !=
+            scene->triangles[b->first_triangle + i / 3][i % 3] - b->first_vertex) {
+            return false;
+        }
+    }
+    return true;
+}
+
+// Takes the local field of an object of the same shape, none of which has deformed.
+static bool share_local(fm_composed *composed, uint64_t number) {
+    const fm_scene *scene = composed->scene;
+    fm_composed_item *item = &composed->items[number];
+    for (uint64_t i = 0; i < number && scene->objects[number].shape_version == 1 && !item->local; i++) {
+        const fm_composed_item *other = &composed->items[i];
+        if (other->local && other->shape_version == 1 && scene->objects[i].shape_version == 1 &&
+            same_shape(scene, &scene->objects[i], &scene->objects[number])) {
+            item->local = other->local;
+            item->local->users++;
+            item->shape_version = 1;
+            return true;
+        }
+    }
+    return false;
+}
+
+static fm_result make_local(fm_composed *composed, uint64_t number) {
+    const fm_scene_object *object = &composed->scene->objects[number];
+    fm_composed_item *item = &composed->items[number];
     fm_mesh *mesh = item->mesh;
+    if (share_local(composed, number)) {
+        return FM_OK;
+    }
     if (mesh) {
         FM_TRY(fm_mesh_deform(mesh, (const float(*)[3])composed->scene->rest + object->first_vertex, FM_TREE_REFIT));
     } else {
@@ -182,7 +237,7 @@ static void place_local(const fm_composed *composed, const fm_scene_object *obje
     if (!item->local) {
         return;
     }
-    const fm_volume_desc *scene = &composed->field->desc, *local = &item->local->desc;
+    const fm_volume_desc *scene = &composed->field->desc, *local = &item->local->volume->desc;
     fm_compose_object next = {.shape = {(int)local->shape.x, (int)local->shape.y, (int)local->shape.z}};
     double inverse[3][3];
     bool finite = true;
@@ -203,11 +258,13 @@ static void place_local(const fm_composed *composed, const fm_scene_object *obje
     item->next = finite ? next : (fm_compose_object){0};
 }
 
-fm_result fm_composed_prepare(fm_composed *composed, const fm_scene_object *object, fm_composed_item *item) {
+fm_result fm_composed_prepare(fm_composed *composed, uint64_t number) {
+    const fm_scene_object *object = &composed->scene->objects[number];
+    fm_composed_item *item = &composed->items[number];
     const bool stale = item->shape_version != object->shape_version;
     if (stale) {
         item->changed = true;
-        FM_TRY(make_local(composed, object, item));
+        FM_TRY(make_local(composed, number));
     }
     if (stale || memcmp(&item->place, &object->place, sizeof item->place) != 0) {
         item->changed = true;

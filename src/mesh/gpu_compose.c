@@ -26,7 +26,7 @@ static uint32_t write_objects(const fm_composed *composed, fm_compose_object *ta
         const fm_composed_item *item = &composed->items[i];
         fm_compose_object object = item->next;
         if (object.begin[0] < object.end[0] && object.begin[1] < object.end[1] && object.begin[2] < object.end[2]) {
-            object.field = fm_buffer_address(item->local->buffer);
+            object.field = fm_buffer_address(item->local->volume->buffer);
             memcpy(&table[count++], &object, sizeof object);
         }
     }

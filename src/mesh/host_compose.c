@@ -30,7 +30,7 @@ static void add_object(const compose_job *job, const fm_composed_item *item, con
         for (int y = from[1]; y < to[1]; y++) {
             float *row = least + ((z - first[2]) * FM_COMPOSE_Y + (y - first[1])) * FM_COMPOSE_X;
             for (int x = from[0]; x < to[0]; x++) {
-                const float value = value_at(object, item->local->data, x, y, z, job->composed->band);
+                const float value = value_at(object, item->local->volume->data, x, y, z, job->composed->band);
                 row[x - first[0]] = FM_LESSER(row[x - first[0]], value);
             }
         }
