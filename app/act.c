@@ -92,8 +92,7 @@ static void screenshot(paint *p) {
     name_screenshot(p, path);
     if (!p->drawn || !pixels) {
         message_fail(&p->readings.news, p->now, "screenshot: %s", pixels ? "there is no picture" : "out of memory: free some");
-    } else if (fm_renderer_read(p->stage.renderer, pixels) == FM_OK &&
-               fm_image_write_png(path, width, height, 4, pixels) == FM_OK) {
+    } else if (paint_read_picture(p, pixels) == FM_OK && fm_image_write_png(path, width, height, 4, pixels) == FM_OK) {
         message_say(&p->readings.news, p->now, "picture in %s", path);
         log_event("screenshot %s %u %u", path, width, height);
     } else {
@@ -105,6 +104,12 @@ static void screenshot(paint *p) {
 void paint_obey(paint *p, const window_input *input, const gui_request *asked) {
     p->over = p->over || input->quit || asked->quit;
     if (p->readings.automatic) {
+        return;
+    }
+    if (input->screenshot || asked->screenshot) {
+        screenshot(p);
+    }
+    if (p->active.meshes) {
         return;
     }
     if (input->undo || asked->undo) {
@@ -120,8 +125,5 @@ void paint_obey(paint *p, const window_input *input, const gui_request *asked) {
         paint_ask_slow(p, true);
     } else if (asked->rebuild) {
         paint_ask_slow(p, false);
-    }
-    if (input->screenshot || asked->screenshot) {
-        screenshot(p);
     }
 }

@@ -24,6 +24,11 @@ bool auto_over(const auto_run *run, double now_ms) {
     return run->desc.frames ? run->count >= run->desc.frames : now_ms - run->begin_ms >= run->desc.seconds * 1e3;
 }
 
+double auto_seconds(const auto_run *run, double now_ms) {
+    // With a fixed number of frames the clock has no say in what is in the picture: a frame stands for a 60th of a second.
+    return run->desc.frames ? (double)run->count / 60 : fmin((now_ms - run->begin_ms) / 1e3, run->desc.seconds);
+}
+
 uint32_t auto_edits(auto_run *run, double now_ms, fm_brush *brushes, uint32_t capacity) {
     const bench_edits edits = {.seed = run->desc.seed,
                                .per_update = 1,
@@ -32,10 +37,7 @@ uint32_t auto_edits(auto_run *run, double now_ms, fm_brush *brushes, uint32_t ca
                                .kinds = {FM_BRUSH_SPHERE},
                                .kind_count = 1};
     const double interval = run->desc.interval_ms;
-    // With a fixed number of frames the clock has no say in what is in the picture: a frame stands for a 60th of a second.
-    const double elapsed =
-        run->desc.frames ? (double)run->count * (1e3 / 60) : fmin(now_ms - run->begin_ms, run->desc.seconds * 1e3);
-    const uint64_t due = interval > 0 ? (uint64_t)(elapsed / interval) + 1 : run->edits + 1;
+    const uint64_t due = interval > 0 ? (uint64_t)(1e3 * auto_seconds(run, now_ms) / interval) + 1 : run->edits + 1;
     uint32_t count = 0;
     for (; run->edits < due && count < capacity; run->edits++) {
         bench_edits_at(&edits, run->shape, run->edits, &brushes[count++]);
@@ -120,26 +122,34 @@ static void print_row(FILE *stream, const char *name, double *values, uint64_t c
             mean - half, mean + half, values[count / 2], p99(values, count), values[count - 1]);
 }
 
+static void print_head(const auto_run *run, FILE *stream) {
+    if (run->desc.meshes) {
+        fprintf(stream, "%" PRIu64 " frames\n", run->count);
+        return;
+    }
+    fprintf(stream, "%" PRIu64 " frames, %" PRIu64 " edits, seed %" PRIu64 ", an edit ", run->count, run->edits, run->desc.seed);
+    fprintf(stream, run->desc.interval_ms > 0 ? "every %g ms\n" : "a frame\n", run->desc.interval_ms);
+}
+
 int auto_finish(auto_run *run, FILE *stream) {
     double *values = calloc(run->count + 1, sizeof *values);
     if (!values) {
         return cli_fail("out of memory for the summary: free some");
     }
-    fprintf(stream, "%" PRIu64 " frames, %" PRIu64 " edits, seed %" PRIu64 ", an edit ", run->count, run->edits, run->desc.seed);
-    fprintf(stream, run->desc.interval_ms > 0 ? "every %g ms\n" : "a frame\n", run->desc.interval_ms);
+    print_head(run, stream);
     fprintf(stream, "%-12s %8s %10s %10s   %24s %10s %10s %10s\n", "", "count", "mean", "sd", "95 % interval of mean", "median",
             "p99", "most");
     static const struct {
         const char *name;
         size_t offset;
-        bool edited;  // only frames with edits
+        bool edited;  // only frames with edits, where there are some
     } rows[] = {{"delta ms", offsetof(auto_frame, delta_ms), false},
                 {"march ms", offsetof(auto_frame, march_ms), false},
                 {"field ms", offsetof(auto_frame, field_ms), true}};
     for (int row = 0; row < 3; row++) {
         uint64_t count = 0;
         for (uint64_t i = 0; i < run->count; i++) {
-            if (!rows[row].edited || run->frames[i].edits) {
+            if (!rows[row].edited || run->frames[i].edits || run->desc.meshes) {
                 memcpy(&values[count++], (const char *)&run->frames[i] + rows[row].offset, sizeof *values);
             }
         }

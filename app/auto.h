@@ -15,6 +15,7 @@ typedef struct auto_desc {
     uint32_t frames;     // instead of `seconds`, when above 0: the camera's path takes so many
     uint32_t radius;     // edits have radii from 1 to this
     const char *csv;     // NULL: none
+    bool meshes;         // that move, and no edits
 } auto_desc;
 
 typedef struct auto_frame {
@@ -40,6 +41,8 @@ void auto_free(auto_run *run);
 bool auto_over(const auto_run *run, double now_ms);
 // The edits due, at most `capacity`; they are taken.
 uint32_t auto_edits(auto_run *run, double now_ms, fm_brush *brushes, uint32_t capacity);
+// How long what moves has been moving.
+double auto_seconds(const auto_run *run, double now_ms);
 fm_camera auto_camera(const auto_run *run, double now_ms);
 // False when out of memory.
 bool auto_record(auto_run *run, const auto_frame *frame);

@@ -9,17 +9,19 @@
 #include <stdio.h>
 #include <string.h>
 
-static const double judge_every = 0.5;  // seconds
+static const double judge_every = 0.5;    // seconds
+static const double longest_move = 0.25;  // so that meshes do not jump after a pause
 
 static void move(paint *p, const window_input *input) {
     const float step = p->settings.speed * (input->fast ? 4 : 1) * (float)fmin(p->now - p->last, 0.1);
     const float by[3] = {input->move[0] * step, input->move[1] * step, input->move[2] * step};
-    const fly before = p->fly;
-    fly_by(&p->fly, input->look, by);
-    p->camera = fly_camera(&p->fly);
-    if (memcmp(&before, &p->fly, sizeof before) != 0) {
-        log_event("camera %.2f %.2f %.2f yaw %.3f pitch %.3f", (double)p->fly.position[0], (double)p->fly.position[1],
-                  (double)p->fly.position[2], (double)p->fly.yaw, (double)p->fly.pitch);
+    fly *f = &p->flies[p->active.meshes];
+    const fly before = *f;
+    fly_by(f, input->look, by);
+    p->camera = fly_camera(f);
+    if (memcmp(&before, f, sizeof before) != 0) {
+        log_event("camera %.2f %.2f %.2f yaw %.3f pitch %.3f", (double)f->position[0], (double)f->position[1],
+                  (double)f->position[2], (double)f->yaw, (double)f->pitch);
     }
 }
 
@@ -29,10 +31,14 @@ static void choose_brush(paint *p, const window_input *input) {
     }
     const int radius = (int)p->settings.radius + input->wheel;
     p->settings.radius = (uint32_t)(radius < 0 ? 0 : radius > PAINT_MOST_RADIUS ? PAINT_MOST_RADIUS : radius);
-    if (input->toggle_panel) {
-        p->panel = !p->panel;
-        log_event("panel %d", p->panel);
-    }
+}
+
+fm_shape paint_shape(const paint *p) {
+    return p->active.meshes ? moving_shape : p->stage.shape;
+}
+
+fm_result paint_read_picture(paint *p, uint8_t *pixels) {
+    return p->active.meshes ? fm_deferred_read(p->moving.deferred, pixels) : fm_renderer_read(p->stage.renderer, pixels);
 }
 
 fm_render_desc paint_picture_desc(const paint *p) {
@@ -139,6 +145,8 @@ static void read_state(paint *p) {
     r->undo = p->history.at;
     r->redo = p->history.count - p->history.at;
     r->history_bytes = p->history.bytes;
+    r->triangles = p->moving.triangles;
+    r->sign = p->moving.sign;
     r->captured = p->window.captured;
     r->message_seconds = p->now - r->news.said;
     r->memory_count = READINGS_MEMORY;
@@ -170,7 +178,8 @@ static bool fit_picture(paint *p, present_picture *picture) {
 static bool place_picture(paint *p, fm_ticket ticket, present_picture *picture) {
     fm_volume_buffer buffer;
     if (p->timeline) {
-        if (fm_renderer_vulkan(p->stage.renderer, &buffer) != FM_OK) {
+        if ((p->active.meshes ? fm_deferred_vulkan(p->moving.deferred, &buffer) : fm_renderer_vulkan(p->stage.renderer, &buffer)) !=
+            FM_OK) {
             return false;
         }
         picture->buffer = (VkBuffer)buffer.buffer;
@@ -180,11 +189,34 @@ static bool place_picture(paint *p, fm_ticket ticket, present_picture *picture) 
         return true;
     }
     uint8_t *pixels = present_staging(&p->present, picture->width, picture->height);
-    if (!pixels || fm_renderer_read(p->stage.renderer, pixels) != FM_OK) {
+    if (!pixels || paint_read_picture(p, pixels) != FM_OK) {
         return false;
     }
     picture->buffer = p->present.frames[p->present.current].staging;
     return true;
+}
+
+static bool draw_voxels(paint *p, uint32_t width, fm_ticket *ticket) {
+    fm_render_desc desc = paint_picture_desc(p);
+    const fm_pick *pick = &p->aim.pick;
+    const fm_brush brush = edit_brush(pick->voxel, pick->face, p->settings.radius, paint_colors[p->settings.color], false);
+    desc.preview = p->settings.preview && pick->hit && !p->readings.automatic ? &brush : NULL;
+    desc.width = width;
+    return fm_render(p->stage.renderer, p->stage.world, &desc, ticket) == FM_OK;
+}
+
+static bool draw_meshes(paint *p, uint32_t width, fm_ticket *ticket) {
+    const paint_mesh_settings *m = &p->settings.mesh;
+    bool works;
+    if (!moving_update(&p->moving, m, p->moved, &works)) {
+        return false;
+    }
+    if (works) {
+        measure_expect(&p->measure, p->context, MEASURE_FIELD, p->run.count, p->moving.field_ticket);
+    }
+    const bool good = moving_draw(&p->moving, m, &p->camera, width, p->readings.height);
+    *ticket = p->moving.picture_ticket;
+    return good;
 }
 
 // Draws into what present_begin took.
@@ -194,19 +226,14 @@ static bool draw(paint *p) {
     if (!fit_picture(p, &picture)) {
         return false;
     }
-    fm_render_desc desc = paint_picture_desc(p);
-    const fm_pick *pick = &p->aim.pick;
-    const fm_brush brush = edit_brush(pick->voxel, pick->face, p->settings.radius, paint_colors[p->settings.color], false);
-    desc.preview = p->settings.preview && pick->hit && !r->automatic ? &brush : NULL;
     // A test wants the first pictures to fail.
-    desc.width = p->pictures++ < p->options->broken_pictures ? 0 : desc.width;
+    const uint32_t width = p->pictures++ < p->options->broken_pictures ? 0 : r->width;
     fm_ticket ticket = 0;
-    const fm_result result = fm_render(p->stage.renderer, p->stage.world, &desc, &ticket);
-    p->drawn = result == FM_OK;
+    p->drawn = p->active.meshes ? draw_meshes(p, width, &ticket) : draw_voxels(p, width, &ticket);
     if (!p->drawn) {
         message_no_picture(&r->news, p->now, "picture");
-        // The panel goes on without a picture; a benchmark has nothing to measure.
-        return result != FM_ERROR_DEVICE_LOST && !r->automatic && present_end(&p->present, &picture);
+        // The panel goes on without a picture, which fails where the device is lost; a benchmark has nothing to measure.
+        return !r->automatic && present_end(&p->present, &picture);
     }
     message_picture(&r->news);
     measure_expect(&p->measure, p->context, MEASURE_MARCH, p->run.count, ticket);
@@ -229,7 +256,7 @@ static void record(paint *p) {
     if (!p->begun) {
         p->begun = true;
         measure_forget(&p->measure);
-        auto_begin(&p->run, &p->options->benchmark, p->stage.shape, p->now * 1e3);
+        auto_begin(&p->run, &p->options->benchmark, paint_shape(p), p->now * 1e3);
         return;
     }
     const auto_frame frame = {.start_ms = p->last * 1e3 - p->run.begin_ms, .delta_ms = (p->now - p->last) * 1e3, .edits = p->edits};
@@ -251,17 +278,27 @@ static bool is_hidden(paint *p) {
 }
 
 static void act(paint *p, const window_input *input) {
-    choose_brush(p, input);
+    if (input->toggle_panel) {
+        p->panel = !p->panel;
+        log_event("panel %d", p->panel);
+    }
+    if (!p->active.meshes) {
+        choose_brush(p, input);
+    }
     const gui_request asked = gui_frame(p->panel, &p->settings, &p->readings);
     paint_follow(p);
     if (p->readings.automatic) {
         p->camera = auto_camera(&p->run, p->now * 1e3);
-        if (p->begun) {
-            automatic_edits(p);
-        }
     } else {
         move(p, input);
+    }
+    if (p->active.meshes) {
+        const double passed = p->settings.mesh.hold ? 0 : fmin(p->now - p->last, longest_move);
+        p->moved = p->readings.automatic && passed > 0 ? auto_seconds(&p->run, p->now * 1e3) : p->moved + passed;
+    } else if (!p->readings.automatic) {
         paint_edits(p, input);
+    } else if (p->begun) {
+        automatic_edits(p);
     }
     paint_obey(p, input, &asked);
 }
@@ -294,10 +331,12 @@ void paint_frame(paint *p) {
         return;
     }
     act(p, &input);
-    paint_update(p);
-    log_told(p);
-    look_ahead(p);
-    judge(p);
+    if (!p->active.meshes) {
+        paint_update(p);
+        log_told(p);
+        look_ahead(p);
+        judge(p);
+    }
     show(p);
     p->last = p->now;
 }

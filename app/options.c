@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "options.h"
 
+#include "fathom/mesh_io.h"
 #include "files.h"
+#include "mesh_options.h"
 #include "method.h"
 #include "words.h"
 
@@ -13,17 +15,21 @@ typedef struct option_args {
         *seconds, *frames, *radius, *csv, *edits, *last, *pictures, *log, *path;
     struct arg_lit *occlusion, *no_vsync, *validation, *headless;
     method_options method;
+    mesh_options mesh;
 } option_args;
 
 static void add_options(cli_args *args, option_args *a) {
-    a->in = cli_add(args, arg_str0(NULL, NULL, "IN", "a file of voxels, 0 is air: .vox, .npy, .nrrd, ..."));
+    a->in = cli_add(args, arg_str0(NULL, NULL, "IN", "a file of voxels, 0 is air: .vox, .npy, .nrrd, ...; or a mesh"));
     a->scene = cli_add(args, arg_str0(NULL, "scene", "NAME", "a procedural scene, or air; default terrain"));
     a->size = cli_add(args, arg_str0(NULL, "size", "N|X,Y,Z", "of the scene; default what suits the device"));
     a->seed = cli_add(args, arg_str0(NULL, "scene-seed", "S", "another scene of the same kind; default 0"));
     method_options_add(args, &a->method);
+    mesh_options_add(args, &a->mesh);
     a->march = cli_add(args, arg_str0(NULL, "march", "skip|box|plain", "how rays travel; default skip"));
-    a->view = cli_add(args, arg_str0(NULL, "view", "color|steps|normal|distance|slice|difference", "default color"));
-    a->shadow = cli_add(args, arg_str0(NULL, "shadow", "none|hard|soft", "of the sun; default none"));
+    a->view = cli_add(args, arg_str0(NULL, "view", "color|steps|normal|distance|slice|difference",
+                                     "default color; of meshes color, normal, steps or share: how much of the sun is seen"));
+    a->shadow = cli_add(args, arg_str0(NULL, "shadow", "none|hard|soft",
+                                       "of the sun; default none; of meshes none, ray, rtsdf, cone (default), rays or map"));
     a->occlusion = cli_add(args, arg_lit0(NULL, "ao", "ambient occlusion"));
     a->scale = cli_add(args, arg_str0(NULL, "pixels", "1|2|4",
                                       "pixels of the window along an edge of one of the picture; default 1, "
@@ -52,9 +58,15 @@ static const char *given(const struct arg_str *option, const char *otherwise) {
     return option->count ? option->sval[0] : otherwise;
 }
 
+// A mesh is what the file's first bytes or name say, even without --mesh.
+static void read_input(const option_args *a, options *o) {
+    const char *in = given(a->in, NULL);
+    o->settings.meshes = a->mesh.meshes->count > 0 || (in && fm_mesh_format_of(in) != FM_MESH_FORMAT_AUTO);
+    *(o->settings.meshes ? &o->mesh : &o->input) = in;
+}
+
 static bool read_scene(const option_args *a, options *o) {
     int64_t seed = 0;
-    o->input = given(a->in, NULL);
     if (o->input && (a->scene->count || a->size->count)) {
         cli_usage("paint: IN is given with --scene or --size: the file has its own voxels and size");
         return false;
@@ -104,9 +116,12 @@ static bool read_window(const char *text, options *o) {
 static bool read_picture(const option_args *a, options *o) {
     int march = 0, view = 0, shadow = 0;
     paint_settings *s = &o->settings;
+    const char *words[2] = {given(a->shadow, NULL), given(a->view, NULL)};
+    const bool meshes = s->meshes;
     if (!cli_word("--march", given(a->march, "skip"), fm_march_words, &march) ||
-        !cli_word("--view", given(a->view, "color"), fm_view_words, &view) ||
-        !cli_word("--shadow", given(a->shadow, "none"), fm_shadow_words, &shadow) ||
+        !cli_word("--view", words[1] && !meshes ? words[1] : "color", fm_view_words, &view) ||
+        !cli_word("--shadow", words[0] && !meshes ? words[0] : "none", fm_shadow_words, &shadow) ||
+        !mesh_options_read(&a->mesh, meshes ? words[0] : NULL, meshes ? words[1] : NULL, &s->mesh) ||
         !cli_uint32("--pixels", given(a->scale, "0"), a->scale->count ? 1 : 0, &s->scale) ||
         !read_window(given(a->window, "1280x720"), o)) {
         return false;
@@ -135,8 +150,9 @@ static bool read_benchmark(const option_args *a, options *o) {
         !cli_uint32("--radius", given(a->radius, "4"), 0, &o->settings.radius)) {
         return false;
     }
-    o->automatic = a->edits->count > 0;
     o->headless = a->headless->count > 0;
+    b->meshes = o->settings.meshes;
+    o->automatic = a->edits->count > 0 || (o->headless && b->meshes);
     o->last_frame = given(a->last, NULL);
     b->seed = (uint64_t)seed;
     b->csv = given(a->csv, NULL);
@@ -198,10 +214,12 @@ bool options_parse(cli_args *args, int argc, char **argv, options *o, int *statu
         "paint",
         "A window to fly through a voxel world, dig and build in it, while its distance field is kept exact. Without a GPU\n"
         "it runs on software Vulkan, in a small world. The focus of selective goes with the camera unless --focus-at says where it "
-        "is.",
+        "is.\nWith --mesh, or a mesh as IN, objects move over a floor instead, with soft shadows from their distance field.",
         "fathom paint --scene city --size 256\n"
         "fathom paint castle.vox --shadow soft --ao\n"
         "fathom paint --scene terrain --size 512 --auto-edit 1 --interval 500 --seconds 60 --csv frames.csv\n"
+        "fathom paint --mesh bunny.ply --field rtsdf --shadow rtsdf\n"
+        "fathom paint --headless --mesh --frames 100 --shadow cone --blend --last-frame last.png\n"
         "fathom paint --headless --auto-edit 1 --interval 0 --seconds 10 --size 1024 --window 1920x1080\n"};
     option_args a;
     *o = (options){0};
@@ -210,6 +228,7 @@ bool options_parse(cli_args *args, int argc, char **argv, options *o, int *statu
         return false;
     }
     *status = CLI_USAGE;
+    read_input(&a, o);
     if (!read_scene(&a, o) || !read_method(&a, o) || !read_picture(&a, o) || !read_benchmark(&a, o) || !read_rest(&a, o)) {
         return false;
     }
@@ -223,6 +242,10 @@ void options_suit(paint_settings *settings, const fm_device_info *device, bool w
         const uint32_t size = processor ? 96 : device->memory >= (uint64_t)6 << 30 ? 512 : 256;
         settings->shape = (fm_shape){size, size, size};
     }
+    if (settings->mesh.edge == 0) {
+        settings->mesh.edge = processor ? 48 : 256;
+    }
+    settings->mesh.map = processor ? 128 : 1024;
     if (settings->scale == 0) {
         settings->scale = processor && window ? 2 : 1;
     }

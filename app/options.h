@@ -9,6 +9,7 @@
 typedef struct options {
     paint_settings settings;  // a shape or scale of 0: see options_suit
     const char *input;        // NULL: the settings' scene
+    const char *mesh;         // a file; NULL: the torus
     fm_backend backend;
     const char *device;
     uint32_t threads;
@@ -26,7 +27,8 @@ typedef struct options {
 // The options live as long as `args` and argv. Returns true when the program shall run; else `status` is its exit code.
 bool options_parse(cli_args *args, int argc, char **argv, options *o, int *status);
 
-// Chooses the size of the world and of the pixels, where these are 0, such that the device can show them fluently.
+// Chooses the size of shadow maps, and of the world, of fields of meshes and of the pixels where these are 0, such that the device
+// can show them fluently.
 void options_suit(paint_settings *settings, const fm_device_info *device, bool window);
 
 #endif

@@ -5,6 +5,7 @@
 #include "log.h"
 #include "words.h"
 
+#include <inttypes.h>
 #include <stdio.h>
 
 static bool open_gui(paint *p) {
@@ -45,11 +46,31 @@ static bool open_context(paint *p) {
     return true;
 }
 
+static bool open_meshes(paint *p) {
+    if (!moving_open(&p->moving, p->context, p->options->mesh)) {
+        cli_library_failed();
+        return false;
+    }
+    p->flies[0] = fly_start(p->settings.shape);
+    p->active = p->settings;
+    log_event("ready %" PRIu64 " triangles backend %s device %s", p->moving.triangles, fm_backend_words[p->readings.backend],
+              p->readings.device.name);
+    paint_log_settings(p);
+    return true;
+}
+
 static bool open_stage(paint *p) {
     const options *o = p->options;
     options_suit(&p->settings, &p->readings.device, true);
-    if (!stage_open(&p->stage, p->context) ||
-        !(o->input ? stage_load(&p->stage, &p->settings, o->input) : stage_build(&p->stage, &p->settings))) {
+    p->flies[1] = fly_start(moving_shape);
+    if (!stage_open(&p->stage, p->context)) {
+        cli_library_failed();
+        return false;
+    }
+    if (p->settings.meshes) {
+        return open_meshes(p);
+    }
+    if (!(o->input ? stage_load(&p->stage, &p->settings, o->input) : stage_build(&p->stage, &p->settings))) {
         cli_library_failed();
         return false;
     }
@@ -66,6 +87,7 @@ static void close_all(paint *p) {
         vkDeviceWaitIdle(p->gpu.device);
     }
     edit_clear(&p->history);
+    moving_close(&p->moving);
     stage_close(&p->stage);
     fm_context_destroy(p->context);
     gui_close();
@@ -76,7 +98,7 @@ static void close_all(paint *p) {
 
 static void run(paint *p) {
     p->now = p->last = window_seconds();
-    auto_begin(&p->run, &p->options->benchmark, p->stage.shape, p->last * 1e3);
+    auto_begin(&p->run, &p->options->benchmark, paint_shape(p), p->last * 1e3);
     while (!p->over) {
         paint_frame(p);
     }

@@ -9,6 +9,7 @@
 #include "fly.h"
 #include "measure.h"
 #include "message.h"
+#include "moving.h"
 #include "panel/gui.h"
 #include "present.h"
 #include "run.h"
@@ -24,7 +25,9 @@ typedef struct paint {
     present present;
     fm_context *context;
     VkSemaphore timeline;  // null on the CPU backend
-    stage stage;
+    stage stage;           // without a world until voxels are shown
+    moving_stage moving;   // without a scene until meshes are
+    double moved;          // seconds that the meshes have been moving
     edit_history history;
     paint_settings settings;  // as chosen
     paint_settings active;    // as the stage has them
@@ -35,7 +38,7 @@ typedef struct paint {
     measure measure;
     aim aim;
     fm_pick aim_logged;
-    fly fly;
+    fly flies[2];  // over voxels, over meshes
     fm_camera camera;
     bool panel;
     auto_run run;
@@ -63,6 +66,11 @@ void paint_collect(paint *p, bool wait);
 void paint_update(paint *p);
 // The picture that is chosen, without a brush.
 fm_render_desc paint_picture_desc(const paint *p);
+
+// Copies the newest picture.
+fm_result paint_read_picture(paint *p, uint8_t *pixels);
+// The edges of what is shown, in which cameras fly.
+fm_shape paint_shape(const paint *p);
 
 // act.c: what keys, mouse and buttons ask for.
 void paint_edits(paint *p, const window_input *input);

@@ -7,6 +7,7 @@
 #include "message.h"
 
 #include "fathom/render.h"
+#include "fathom/sdf.h"
 
 enum { READINGS_GRAPH = 240, READINGS_MEMORY = 32 };
 
@@ -35,6 +36,8 @@ typedef struct readings {
     double edits_per_second;
     bool may_be_wrong;   // the method is approximate
     double wrong_share;  // of pixels; -1: not known
+    uint64_t triangles;  // of the meshes
+    fm_sdf_info sign;    // of their exact field; `sign_why` NULL: there is none
     fm_memory memory[READINGS_MEMORY];
     uint32_t memory_count;
     fm_device_info device;

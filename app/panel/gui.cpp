@@ -89,16 +89,18 @@ template <typename Enum> bool choose_enum(const char *name, const char *const *w
     return changed;
 }
 
-// One of a few numbers.
+// One of a few numbers; another one that an option gave comes last.
 bool choose_number(const char *name, const uint32_t *numbers, int count, const char *zero, uint32_t *value) {
     char texts[16][24];
     const char *words[17] = {};
-    int place = 0;
-    for (int i = 0; i < count; i++) {
-        snprintf(texts[i], sizeof texts[i], "%u", numbers[i]);
-        words[i] = numbers[i] == 0 && zero ? zero : texts[i];
-        place = numbers[i] == *value ? i : place;
+    int place = count;
+    for (int i = 0; i <= count; i++) {
+        const uint32_t number = i < count ? numbers[i] : *value;
+        snprintf(texts[i], sizeof texts[i], "%u", number);
+        words[i] = number == 0 && zero ? zero : texts[i];
+        place = number == *value && place == count ? i : place;
     }
+    words[count] = place == count ? words[count] : nullptr;
     const bool changed = choose(name, words, &place);
     *value = changed ? numbers[place] : *value;
     return changed;
@@ -390,6 +392,118 @@ void show_picture(paint_settings *s) {
     }
 }
 
+void show_mode(paint_settings *s, const readings *r) {
+    static const char *const modes[] = {"voxels", "meshes", nullptr};
+    int mode = s->meshes;
+    ImGui::BeginDisabled(r->automatic);
+    choose("mode", modes, &mode);
+    ImGui::EndDisabled();
+    s->meshes = mode != 0;
+}
+
+// What is exact is told quietly.
+void show_truth(const char *truth, bool exact) {
+    ImGui::PushTextWrapPos(0);
+    ImGui::TextColored(exact ? quiet : warning, "%s", truth);
+    ImGui::PopTextWrapPos();
+}
+
+void show_meshes(paint_settings *s, const readings *r, gui_request *request) {
+    ImGui::Text("%llu triangles", static_cast<unsigned long long>(r->triangles));
+    ImGui::SameLine();
+    check("hold", "hold them still", &s->mesh.hold);
+    label("speed");
+    ImGui::SliderFloat("##speed", &s->speed, 1, 1000, "%.0f", ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
+    note("speed");
+    request->screenshot = button("screenshot", "Screenshot");
+    ImGui::SameLine();
+    request->quit = button("quit", "Quit");
+}
+
+void show_exact_field(paint_mesh_settings *m, const readings *r) {
+    static const uint32_t bands[] = {1, 2, 3, 5, 8, 0};
+    ImGui::TableNextColumn();
+    choose_number("band", bands, 6, "all", &m->band);
+    ImGui::TableNextColumn();
+    choose_enum("sign", paint_sign_words, &m->sign);
+    ImGui::EndTable();
+    if (r->sign.sign_why && paint_wants_field(m)) {
+        ImGui::PushTextWrapPos(0);
+        ImGui::TextColored(quiet, "sign by %s: %s", paint_sign_words[r->sign.sign], r->sign.sign_why);
+        ImGui::PopTextWrapPos();
+    }
+}
+
+void show_mesh_field(paint_mesh_settings *m, const readings *r) {
+    static const uint32_t edges[] = {32, 48, 64, 96, 128, 192, 256, 384, 512}, rays[] = {0, 1, 5, 10, 15};
+    if (!begin_pair()) {
+        return;
+    }
+    ImGui::TableNextColumn();
+    choose_enum("field", paint_mesh_field_words, &m->field);
+    ImGui::TableNextColumn();
+    choose_number("edge", edges, 9, nullptr, &m->edge);
+    if (m->field == PAINT_FIELD_EXACT) {
+        show_exact_field(m, r);
+    } else {
+        ImGui::TableNextColumn();
+        ImGui::BeginDisabled(m->field != PAINT_FIELD_RTSDF);
+        choose_number("rays", rays, 5, nullptr, &m->rays);
+        ImGui::EndDisabled();
+        ImGui::TableNextColumn();
+        choose_enum("flood", paint_flood_words, &m->flood);
+        ImGui::EndTable();
+    }
+    bool exact;
+    const char *truth = paint_field_truth(m, &exact);
+    show_truth(truth, exact);
+}
+
+void show_mesh_picture(paint_settings *s) {
+    static const uint32_t scales[] = {1, 2, 4}, samples[] = {1, 4, 16, 64, 256, 1024}, maps[] = {128, 256, 512, 1024, 2048, 4096};
+    paint_mesh_settings *m = &s->mesh;
+    if (!begin_pair()) {
+        return;
+    }
+    ImGui::TableNextColumn();
+    choose_enum("shadows", paint_mesh_shadow_words, &m->shadows);
+    ImGui::TableNextColumn();
+    ImGui::BeginDisabled(m->shadows != FM_SHADOWS_FIELD && m->shadows != FM_SHADOWS_DISTRIBUTED);
+    choose_number("samples", samples, 6, nullptr, &m->samples);
+    ImGui::EndDisabled();
+    ImGui::TableNextColumn();
+    ImGui::BeginDisabled(m->shadows != FM_SHADOWS_MAP);
+    choose_number("map", maps, 6, nullptr, &m->map);
+    ImGui::EndDisabled();
+    ImGui::TableNextColumn();
+    label("light");
+    ImGui::SliderFloat("##light", &m->light, 0, PAINT_MOST_LIGHT, "%.1f degrees", ImGuiSliderFlags_AlwaysClamp);
+    note("light");
+    ImGui::TableNextColumn();
+    choose_enum("surface", paint_mesh_surface_words, &m->surface);
+    ImGui::TableNextColumn();
+    choose_enum("view", paint_mesh_view_words, &m->view);
+    ImGui::TableNextColumn();
+    choose_number("pixels", scales, 3, nullptr, &s->scale);
+    ImGui::TableNextColumn();
+    check("blend", "blend pictures", &m->blend);
+    ImGui::TableNextColumn();
+    check("vsync", "wait for the screen", &s->vsync);
+    ImGui::EndTable();
+    bool exact;
+    const char *truth = paint_shadow_truth(m, &exact);
+    show_truth(truth, exact);
+}
+
+void show_mesh_graphs(const readings *r) {
+    if (begin_pair()) {
+        draw_graph({"frame", "ms", 1000.0f / 60, false}, r->frame_ms);
+        draw_graph({"picture", "ms", 0, false}, r->march_ms);
+        draw_graph({"field", "ms", 0, true}, r->field_ms);
+        ImGui::EndTable();
+    }
+}
+
 void show_device(const readings *r) {
     if (r->backend == FM_BACKEND_CPU) {
         ImGui::TextColored(warning, "Native CPU backend: no GPU computes");
@@ -401,8 +515,12 @@ void show_device(const readings *r) {
     ImGui::PopTextWrapPos();
 }
 
-void show_numbers(const readings *r) {
+void show_numbers(const readings *r, bool meshes) {
     const double frames = r->frame_mean_ms > 0 ? 1e3 / r->frame_mean_ms : 0;
+    if (meshes) {
+        ImGui::Text("%.1f frames/s   %u x %u pixels", frames, r->width, r->height);
+        return;
+    }
     ImGui::Text("%.1f frames/s   %.1f edits/s   %u x %u pixels", frames, r->edits_per_second, r->width, r->height);
     if (!r->may_be_wrong) {
         ImGui::TextColored(quiet, "the picture is exact: no distance is too great");
@@ -427,15 +545,7 @@ void show_graphs(const readings *r) {
     }
 }
 
-// Returns where its right side is.
-float show_panel(paint_settings *s, const readings *r, gui_request *request) {
-    const float width = ImGui::GetFontSize() * 26;
-    const ImVec2 screen = ImGui::GetIO().DisplaySize;
-    ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_Always);
-    ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0), ImVec2(width, fmaxf(screen.y - 16, 64)));
-    ImGui::Begin("Fathom", nullptr, ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings);
-    show_device(r);
-    show_numbers(r);
+void show_voxel_parts(paint_settings *s, const readings *r, gui_request *request) {
     const ImGuiTreeNodeFlags open = ImGuiTreeNodeFlags_DefaultOpen;
     if (ImGui::CollapsingHeader("Brush and file", open)) {
         show_brush(s, r, request);
@@ -450,7 +560,38 @@ float show_panel(paint_settings *s, const readings *r, gui_request *request) {
     if (ImGui::CollapsingHeader("Times", open)) {
         show_graphs(r);
     }
-    const bool memory = ImGui::CollapsingHeader("Memory", open);
+}
+
+void show_mesh_parts(paint_settings *s, const readings *r, gui_request *request) {
+    const ImGuiTreeNodeFlags open = ImGuiTreeNodeFlags_DefaultOpen;
+    if (ImGui::CollapsingHeader("Meshes", open)) {
+        show_meshes(s, r, request);
+    }
+    if (ImGui::CollapsingHeader("Field", open)) {
+        show_mesh_field(&s->mesh, r);
+    }
+    if (ImGui::CollapsingHeader("Light and picture", open)) {
+        show_mesh_picture(s);
+    }
+    if (ImGui::CollapsingHeader("Times of meshes", open)) {
+        show_mesh_graphs(r);
+    }
+}
+
+// Returns where its right side is.
+float show_panel(paint_settings *s, const readings *r, gui_request *request) {
+    const float width = ImGui::GetFontSize() * 26;
+    const ImVec2 screen = ImGui::GetIO().DisplaySize;
+    ImGui::SetNextWindowPos(ImVec2(8, 8), ImGuiCond_Always);
+    ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0), ImVec2(width, fmaxf(screen.y - 16, 64)));
+    ImGui::Begin("Fathom", nullptr, ImGuiWindowFlags_NoMove | ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoSavedSettings);
+    show_device(r);
+    // What is chosen in this frame shows from the next on.
+    const bool meshes = s->meshes;
+    show_numbers(r, meshes);
+    show_mode(s, r);
+    meshes ? show_mesh_parts(s, r, request) : show_voxel_parts(s, r, request);
+    const bool memory = ImGui::CollapsingHeader("Memory", ImGuiTreeNodeFlags_DefaultOpen);
     note("memory");
     if (memory) {
         show_memory(r);
@@ -497,15 +638,19 @@ void show_message(const readings *r, float left) {
     }
 }
 
-void show_hints(const readings *r, float left) {
+void show_hints(const readings *r, bool meshes, float left) {
     if (r->automatic) {
         show_line("benchmark: the camera and the edits follow a fixed script", white, left, 0);
+    } else if (r->captured && meshes) {
+        show_line("W A S D, Space, Shift: fly   Tab: free the cursor   F1: panel   F12: screenshot", white, left, 0);
     } else if (r->captured) {
         show_line("W A S D, Space, Shift: fly   left: place   right: delete   wheel: radius   1-9: color\n"
                   "Ctrl+Z, Ctrl+Y: undo, redo   Tab: free the cursor   F1: panel   F12: screenshot",
                   white, left, 0);
     } else {
-        show_line("click into the picture to fly and paint   F1: panel   F12: screenshot", white, left, 0);
+        show_line(meshes ? "click into the picture to fly   F1: panel   F12: screenshot"
+                         : "click into the picture to fly and paint   F1: panel   F12: screenshot",
+                  white, left, 0);
     }
 }
 
@@ -601,12 +746,12 @@ gui_request gui_frame(bool visible, paint_settings *settings, const readings *sh
     ImGui_ImplVulkan_NewFrame();
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
-    if (settings->crosshair && !shown->automatic) {
+    if (settings->crosshair && !settings->meshes && !shown->automatic) {
         show_crosshair();
     }
     const float right = visible ? show_panel(settings, shown, &request) : 0;
     if (visible) {
-        show_hints(shown, right);
+        show_hints(shown, settings->meshes, right);
     }
     show_message(shown, right);
     ImGui::Render();
