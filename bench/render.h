@@ -23,8 +23,8 @@ typedef struct bench_render_case {
 
 typedef struct bench_render_limits {
     uint32_t rounds;  // along the path; 0: reads are counted, nothing is timed or checked
-    uint32_t frames;  // of EDITED
-    double seconds;   // no round begins after this, once there is one
+    uint32_t frames;  // asked for in a row for frames_per_second
+    double seconds;   // nothing more of a part of the measurement begins after this, once there is some
     double warm_up_ms;
 } bench_render_limits;
 
@@ -32,15 +32,17 @@ typedef struct bench_render_result {
     bench_render_case what;
     char device[256];
     char failure[512];  // empty when all went well
-    bench_stats gpu;    // a camera: median over the rounds of the sum of its passes
+    // A camera: median over the rounds of the sum of its passes. EDITED: pictures, each after an edit. Without values: not timed.
+    bench_stats gpu;
     bench_stats beam, march;
-    bench_stats update;        // EDITED: passes of an update
+    bench_stats update;  // EDITED: passes of an update
+    uint64_t counted;    // primary rays whose reads were counted, by which follow ...; EDITED: none, for each edit changes them
     double frames_per_second;  // pictures asked for one after the other, at most two in flight
     double steps, hits;        // a primary ray
     double most_steps;
     double beam_reads, sun_reads, open_reads;  // field reads for each primary ray
-    double bandwidth;                          // of a copy, bytes a second
-    uint64_t checked, wrong;                   // pixels of the timed pictures
+    double bandwidth;                          // of a copy, bytes a second; 0 where nothing is timed
+    uint64_t checked, wrong;                   // pixels of the timed pictures, made again
     uint32_t memory_count;
     fm_memory memory[BENCH_MAX_MEMORY];
 } bench_render_result;

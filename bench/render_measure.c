@@ -130,25 +130,34 @@ static const char *time_stream(const run *r) {
     return NULL;
 }
 
-static const char *time_updates(const run *r) {
-    double values[BENCH_STATS_MAX];
+// The passes of updates and of the pictures after them, one at a time.
+static const char *time_edits(const run *r) {
+    static double values[4][BENCH_STATS_MAX];
+    bench_stats *const stats[] = {&r->result->update, &r->result->gpu, &r->result->beam, &r->result->march};
+    const uint32_t wanted = r->limits->rounds < BENCH_STATS_MAX / r->count ? r->limits->rounds * r->count : BENCH_STATS_MAX;
+    const double begin = fm_now_ms();
     uint32_t count = 0;
-    const char *failure = NULL;
-    for (; !failure && count < 50; count++) {
-        times t;
-        failure = edit(r, r->limits->frames + count);
-        failure = failure ? failure : passes_of(r, &t);
-        values[count] = failure ? 0 : t.update;
+    for (; count < wanted && (count == 0 || fm_now_ms() - begin < r->limits->seconds * 1e3); count++) {
+        times update, picture;
+        const char *failure = edit(r, r->limits->frames + count);
+        failure = failure ? failure : passes_of(r, &update);
+        failure = failure ? failure : one_picture(r, count % r->count, &picture);
+        if (failure) {
+            return failure;
+        }
+        values[0][count] = update.update;
+        values[1][count] = picture.beam + picture.march;
+        values[2][count] = picture.beam;
+        values[3][count] = picture.march;
     }
-    if (!failure) {
-        r->result->update = bench_stats_of(values, count);
+    for (int i = 0; i < 4; i++) {
+        *stats[i] = bench_stats_of(values[i], count);
     }
-    return failure;
+    return NULL;
 }
 
 static const char *count_reads(const run *r) {
     bench_render_result *result = r->result;
-    double rays = 0;
     for (uint32_t i = 0; i < r->count; i++) {
         fm_render_stats stats;
         fm_render_desc desc = desc_of(r, i);
@@ -156,7 +165,7 @@ static const char *count_reads(const run *r) {
         if (fm_render(r->renderer, r->world, &desc, NULL) != FM_OK || fm_renderer_stats(r->renderer, &stats) != FM_OK) {
             return fm_last_error();
         }
-        rays += (double)stats.rays;
+        result->counted += stats.rays;
         result->steps += (double)stats.steps;
         result->hits += (double)stats.hits;
         result->beam_reads += (double)stats.beam_reads;
@@ -166,7 +175,7 @@ static const char *count_reads(const run *r) {
     }
     double *const means[] = {&result->steps, &result->hits, &result->beam_reads, &result->sun_reads, &result->open_reads};
     for (size_t i = 0; i < sizeof means / sizeof means[0]; i++) {
-        *means[i] /= rays;
+        *means[i] /= (double)result->counted;
     }
     return NULL;
 }
@@ -206,16 +215,14 @@ static const char *warm_up(const run *r) {
 }
 
 static const char *measure(const run *r) {
-    const char *failure = count_reads(r);
+    const bool edited = r->what->mode == BENCH_RENDER_EDITED;
+    const char *failure = edited ? NULL : count_reads(r);
     if (r->limits->rounds == 0) {
         return failure;
     }
     failure = failure ? failure : warm_up(r);
-    failure = failure ? failure : time_path(r);
     failure = failure ? failure : time_stream(r);
-    if (r->what->mode == BENCH_RENDER_EDITED) {
-        failure = failure ? failure : time_updates(r);
-    }
+    failure = failure ? failure : edited ? time_edits(r) : time_path(r);
     failure = failure ? failure : note_memory(r);
     return failure ? failure : check_pictures(r);
 }
@@ -231,7 +238,7 @@ bool bench_render_measure(bench_session *session, fm_world *world, const fm_came
         fm_device_info device;
         fm_context_device(r.context, &device);
         snprintf(result->device, sizeof result->device, "%s", device.name);
-        result->bandwidth = bench_session_bandwidth(session, FM_BACKEND_AUTO);
+        result->bandwidth = limits->rounds > 0 ? bench_session_bandwidth(session, FM_BACKEND_AUTO) : 0;
         failure = measure(&r);
     }
     if (failure) {

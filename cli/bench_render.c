@@ -116,19 +116,28 @@ static int measure_scene(const render_plan *plan, bench_session *session, const 
 
 static bool print_device(const render_plan *plan, bench_session *session) {
     fm_context *context = bench_session_context(session, FM_BACKEND_AUTO);
-    const double bandwidth = context ? bench_session_bandwidth(session, FM_BACKEND_AUTO) : 0;
-    if (bandwidth <= 0) {
+    const bool timed = plan->limits.rounds > 0;
+    const double bandwidth = context && timed ? bench_session_bandwidth(session, FM_BACKEND_AUTO) : 0;
+    if (!context || (timed && bandwidth <= 0)) {
         return false;
+    }
+    if (plan->quiet) {
+        return true;
     }
     fm_device_info device;
     fm_context_device(context, &device);
-    if (!plan->quiet) {
-        printf("%s (%s): copy %.1f GB/s, read and written bytes counted\n", device.name, device.driver, bandwidth * 1e-9);
-        printf("times of pictures are %s; ms is the median over %u cameras; steps, beam, sun, occl.: field "
-               "reads a ray;\nfloor: a pass's bytes at the copy's speed, and how much longer it took\n\n",
+    printf("%s (%s)", device.name, device.driver);
+    if (timed) {
+        printf(": copy %.1f GB/s, read and written bytes counted\n", bandwidth * 1e-9);
+        printf("times of pictures are %s; ms is the median over %u cameras\n",
                device.kind == FM_DEVICE_HOST ? "by the processor's clock" : "GPU timestamps", plan->cameras);
-        bench_render_print_header(stdout);
+    } else {
+        printf(": reads are counted over %u cameras, nothing is timed\n", plan->cameras);
     }
+    printf(
+        "steps, beam, sun, occl.: field reads a ray; MB: what a pass asks for, counted; copy: the time of a copy of so many bytes\n"
+        "(no floor: caches serve many of them), and how much longer the pass took\n\n");
+    bench_render_print_header(stdout);
     return true;
 }
 
@@ -224,9 +233,10 @@ static void add_options(cli_args *args, render_args *a) {
                                      "face shading; soft shadows and ambient occlusion; an edit before each; default all"));
     a->march = cli_add(args, arg_str0(NULL, "march", "skip|box|plain,...", "default all; those after the first with faces only"));
     a->cameras = cli_add(args, arg_str0(NULL, "cameras", "N", "of the path; default 64"));
-    a->rounds = cli_add(args, arg_str0(NULL, "rounds", "N", "along it, at most 1000, 0 only counts reads; default 7"));
+    a->rounds = cli_add(
+        args, arg_str0(NULL, "rounds", "N", "along it, at most 1000, 0 only counts reads, and does nothing for edited; default 7"));
     a->frames = cli_add(args, arg_str0(NULL, "frames", "N", "for frames/s, pictures asked for in a row; default 500"));
-    a->seconds = cli_add(args, arg_str0(NULL, "seconds", "S", "begin no round of a case after this; default 5"));
+    a->seconds = cli_add(args, arg_str0(NULL, "seconds", "S", "begin nothing more of a part of a case after this; default 5"));
     a->warm_up = cli_add(args, arg_str0(NULL, "warm-up", "S", "before each case; default 1"));
     a->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
     a->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));

@@ -143,7 +143,20 @@ head -1 "$work/r.csv" | grep -q ',beam_bytes,march_bytes,.*,checked,wrong,memory
 grep -q '"frames_per_second"' "$work/r.json" || bad "JSON: $(cat "$work/r.json")"
 [ "$(grep -c '"wrong":	0' "$work/r.json")" = 20 ] || bad "wrong pixels: $(cat "$work/r.json")"
 grep -q '"checked":	0' "$work/r.json" && bad "no pixel was checked: $(cat "$work/r.json")"
-ends 0 bench render --backend cpu --size 12 --picture 24x16 --cameras 2 --rounds 0 --mode shaded --march skip -q
+# Without a measurement there are counts, but neither times nor a verdict, here nor where there is a target.
+ends 0 bench render --backend cpu --size 12 --picture 24x16 --cameras 2 --rounds 0 --scene city --format packed --march skip \
+    --csv n.csv --json n.json
+grep -q 'nothing is timed' "$work/.out" || bad "no word that nothing is timed: $(cat "$work/.out")"
+awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
+    { gsub(/"[^"]*"/, "x"); for (name in at) if (name ~ /_ms$|_ms_|second$/ && $at[name] != "") exit 1 }
+    { if ($at["verdict"] != "" || ($at["steps_per_ray"] == "") != ($at["mode"] == "edited")) exit 1 }' "$work/n.csv" ||
+    bad "not only counts: $(cat "$work/n.csv")"
+[ "$(grep -c '"frames_per_second":	null' "$work/n.json")" = 3 ] || bad "times: $(cat "$work/n.json")"
+grep -q 'verdict' "$work/n.json" && bad "a verdict: $(cat "$work/n.json")"
+# Pictures that are timed with edits have times of their own, and no counts.
+awk -F, 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next } { gsub(/"[^"]*"/, "x") }
+    $at["mode"] == "edited" && ($at["gpu_ms_median_ms"] == "" || $at["update_ms_median_ms"] == "" || $at["steps_per_ray"] != "") {
+    exit 1 }' "$work/r.csv" || bad "edited: $(cat "$work/r.csv")"
 ends 2 bench render --mode fast
 ends 2 bench render --cameras 2000
 
