@@ -8,7 +8,7 @@ ends 0 help
 ends 0 --help
 ends 0 version
 grep -q '^fathom [0-9]*\.[0-9]*\.[0-9]*$' "$work/.out" || bad "version prints $(cat "$work/.out")"
-for command in transform info slice convert scene devices bench; do
+for command in transform sdf voxelize info slice convert scene devices world render bench; do
     ends 0 "$command" --help
     grep -q "^usage: fathom $command" "$work/.out" || bad "$command --help has no usage line"
     ends 0 help "$command"
@@ -87,7 +87,7 @@ ends 2 slice a.npy b.png --map rainbow
 ends 2 slice a.npy b.png --scale 0
 ends 2 convert a.npy
 ends 2 bench
-ends 2 bench mesh
+ends 2 bench nonsense
 ends 2 bench transform --sizes 8,
 ends 2 bench transform --sizes none
 ends 2 bench transform --scenes nowhere
