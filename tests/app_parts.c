@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Parts of the painting program that need no window: undo within its memory, the camera within what fm_camera takes, messages, and
-// the benchmark's table and summary.
+// Parts of the painting program that need no window: undo within its memory, the camera within what fm_camera takes, messages,
+// moving meshes and their field, and the benchmark's table and summary.
 
 #include "auto.h"
 #include "check.h"
 #include "edit.h"
 #include "fly.h"
 #include "message.h"
+#include "moving.h"
 
 #include "cli.h"
 
@@ -137,6 +138,88 @@ static void test_messages(void) {
     CHECK(m.failed && m.said == 8);
 }
 
+// Whatever the time, objects stay within the box of their field and do not touch each other.
+static void check_paths(moving_stage *s) {
+    const paint_mesh_settings none = {0};
+    for (int i = 0; i < 24; i++) {
+        uint64_t pairs = 1;
+        fm_mesh_info info;
+        bool works = true;
+        CHECK(moving_update(s, &none, 1.7 * i, &works) && !works);
+        fm_mesh *mesh = fm_scene_mesh(s->scene);
+        CHECK_OK(fm_mesh_intersections(mesh, 1, &pairs));
+        CHECK(pairs == 0);
+        CHECK_OK(fm_mesh_describe(mesh, &info));
+        CHECK(info.triangles == s->triangles && info.low[2] == -2 && info.high[2] < 34);
+        for (int axis = 0; axis < 2; axis++) {
+            CHECK(info.low[axis] >= 0 && info.high[axis] <= 64);
+        }
+    }
+}
+
+// A field is made where something asks for it, and an exact one again only when something has changed.
+static void check_fields(moving_stage *s) {
+    paint_mesh_settings m = {.edge = 16, .band = 2, .rays = 1, .samples = 1, .shadows = FM_SHADOWS_FIELD};
+    const fly above = fly_start(moving_shape);
+    const fm_camera camera = fly_camera(&above);
+    bool works = false, exact = false;
+    CHECK(moving_update(s, &m, 1, &works) && works);
+    CHECK(moving_update(s, &m, 1, &works) && !works);
+    CHECK(moving_update(s, &m, 2, &works) && works);
+    CHECK(s->sign.sign_why != NULL);
+    fm_volume_desc grid;
+    fm_volume_info(s->field, &grid);
+    CHECK(grid.shape.x == 16 && grid.shape.y == 16 && grid.shape.z == 10);
+    m.band = 0;
+    CHECK(moving_update(s, &m, 2, &works) && works);
+    CHECK(moving_draw(s, &m, &camera, 8, 8));
+    CHECK(paint_field_truth(&m, &exact) && exact && paint_shadow_truth(&m, &exact) && !exact);
+    m.field = PAINT_FIELD_RTSDF;
+    for (int i = 0; i < 2; i++) {
+        CHECK(moving_update(s, &m, 2, &works) && works && s->rtsdf && !s->field);
+        CHECK(moving_draw(s, &m, &camera, 8, 8));
+    }
+    fm_rtsdf *before = s->rtsdf;
+    m.field = PAINT_FIELD_COARSE;
+    CHECK(moving_update(s, &m, 2, &works) && works && s->rtsdf == before);
+    CHECK(paint_field_truth(&m, &exact) && !exact);
+    m.shadows = FM_SHADOWS_RAY;
+    CHECK(moving_update(s, &m, 3, &works) && !works && moving_draw(s, &m, &camera, 8, 8));
+    CHECK(!moving_draw(s, &m, &camera, 0, 8));
+}
+
+// A file of any size, with a triangle that takes no part, stands over the middle of the floor.
+static void check_file(fm_context *context) {
+    static const char text[] = "v 1000 1000 1000\nv 5000 1000 1000\nv 1000 5000 1000\nv 1000 1000 9000\nv 2e18 0 0\n"
+                               "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\nf 1 2 5\n";
+    char path[] = "/tmp/fathom-parts-XXXXXX.obj";
+    const int fd = mkstemps(path, 4);
+    moving_stage with, without;
+    CHECK(fd >= 0 && write(fd, text, sizeof text - 1) == (ssize_t)(sizeof text - 1) && close(fd) == 0);
+    const bool opened = CHECK(moving_open(&with, context, path));
+    bool works;
+    fm_mesh_info info;
+    const paint_mesh_settings none = {0};
+    if (opened && CHECK(moving_update(&with, &none, 0, &works)) && CHECK_OK(fm_mesh_describe(fm_scene_mesh(with.scene), &info))) {
+        CHECK(info.dropped == 1 && info.high[0] <= 64 && info.high[2] <= 24 && info.low[2] == -2);
+    }
+    moving_close(&with);
+    CHECK(!moving_open(&without, context, "/nonexistent/mesh.ply"));
+    moving_close(&without);
+    moving_close(&without);
+    unlink(path);
+}
+
+static void test_moving(fm_context *context) {
+    moving_stage s;
+    if (CHECK(moving_open(&s, context, NULL))) {
+        check_paths(&s);
+        check_fields(&s);
+    }
+    moving_close(&s);
+    check_file(context);
+}
+
 static void put_frames(auto_run *run, uint32_t count) {
     for (uint32_t i = 0; i < count; i++) {
         const auto_frame frame = {.start_ms = i, .delta_ms = i + 1, .edits = i % 2};
@@ -195,6 +278,7 @@ int main(void) {
         test_undo_bound(context, 5);
         test_undo_bound(context, 1);
         test_undo_bound(context, 0);
+        test_moving(context);
     }
     fm_context_destroy(context);
     test_fly();
