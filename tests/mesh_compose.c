@@ -320,6 +320,28 @@ static void in_flight(void) {
     close_stage(&s);
 }
 
+// An object without triangles, alone.
+static void nothing(void) {
+    const fm_composed_desc desc = describe(0, 0);
+    stage s = {.count = 0};
+    if (!CHECK_OK(fm_scene_create(context, &s.scene)) || !CHECK_OK(fm_scene_create(processor, &s.twin))) {
+        return;
+    }
+    add(&s, scene_mesh_soup(0, 1, (const float[]){0, 0, 0}, 1, 0.1f), random_place(1));
+    fm_composed *composed = compose_anew(s.scene, &desc);
+    float *values = download(composed);
+    bool all = true;
+    for (int t = 0; t < TEXELS; t++) {
+        all &= values[t] == beyond;
+    }
+    CHECK(all);
+    move(&s, 0, random_place(1));
+    CHECK(touched_by(composed) == 0);
+    free(values);
+    fm_composed_destroy(composed);
+    close_stage(&s);
+}
+
 // Two of one shape share a local field until one of them deforms.
 static void shared(void) {
     const fm_composed_desc desc = describe(0, 0);
@@ -498,6 +520,7 @@ int main(int count, char **arguments) {
     moving(2, 24, 3);
     printf("the largest error is %.3g of its bound\n", worst);
     little();
+    nothing();
     shared();
     in_flight();
     if (vulkan) {

@@ -74,8 +74,8 @@ static fm_result make_mesh(const fm_composed *composed, const fm_scene_object *o
             triangles[i][k] = scene->triangles[object->first_triangle + i][k] - (uint32_t)object->first_vertex;
         }
     }
-    const fm_mesh_desc desc = {(const float(*)[3])scene->rest + object->first_vertex, object->vertex_count,
-                               (const uint32_t(*)[3])triangles, object->triangle_count};
+    const float(*vertices)[3] = object->vertex_count > 0 ? (const float(*)[3])scene->rest + object->first_vertex : NULL;
+    const fm_mesh_desc desc = {vertices, object->vertex_count, (const uint32_t(*)[3])triangles, object->triangle_count};
     const fm_result status = fm_mesh_create(composed->context, &desc, mesh);
     fm_mesh_free(composed->context, triangles, bytes);
     return status;

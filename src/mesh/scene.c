@@ -183,6 +183,9 @@ static void move_vertices(void *user, uint64_t begin, uint64_t end, uint32_t wor
 }
 
 static void move_object(const fm_scene *scene, const fm_scene_object *object, float (*vertices)[3]) {
+    if (object->vertex_count == 0) {
+        return;
+    }
     move_job job = {object, (const float(*)[3])scene->rest + object->first_vertex, vertices + object->first_vertex};
     fm_pool_run(scene->context->pool, object->vertex_count, 4096, move_vertices, &job);
 }
