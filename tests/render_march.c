@@ -260,38 +260,61 @@ static void check_sums(render_stage *s, render_stage *t) {
     CHECK(a.rays == WIDTH * HEIGHT && b.rays == a.rays && near(a.hits, b.hits) && near(a.steps, b.steps));
     CHECK(a.beam_reads > 0 && near(a.beam_reads, b.beam_reads) && near(a.sun_reads, b.sun_reads));
     CHECK(near(a.occlusion_reads, b.occlusion_reads) && near(a.occlusion_reads, 12 * a.hits));
+    CHECK(near(a.most_steps, b.most_steps) && a.most_steps * a.rays >= a.steps && b.most_steps * b.rays >= b.steps);
 }
 
-// The same picture with everything on, from the CPU and from the device.
+static uint64_t count_different(const uint8_t *a, const uint8_t *b) {
+    uint64_t differ = 0;
+    for (uint32_t k = 0; k < WIDTH * HEIGHT; k++) {
+        bool same = true;
+        for (uint32_t c = 4 * k; c < 4 * k + 4; c++) {
+            same = same && abs((int)a[c] - (int)b[c]) <= 2;
+        }
+        differ += !same;
+    }
+    return differ;
+}
+
+// Every view, with all that it can show.
+static fm_render_desc full_desc(fm_camera camera, fm_view view, const fm_brush *brush) {
+    fm_render_desc desc = desc_of(camera, view, FM_MARCH_SKIP);
+    desc.shadow = FM_SHADOW_SOFT;
+    desc.ambient_occlusion = true;
+    desc.crosshair = true;
+    desc.count = true;
+    desc.preview = brush;
+    desc.slice_axis = 1;
+    desc.slice_index = 9;
+    return desc;
+}
+
+// The same pictures from the CPU and from the device.
 static void check_against_cpu(fm_context *context, fm_context *cpu) {
-    uint64_t state = 5, differ = 0, pixels = 0;
+    const fm_brush brush = {.from = {18, 10, 6}, .radius = 5};
+    uint64_t state = 5;
     uint32_t *voxels = make_voxels(1, &state);
     const fm_world_desc desc = {.shape = SHAPE};
     render_stage s, t;
     const bool first = render_open(&s, context, &desc, voxels), second = render_open(&t, cpu, &desc, voxels);
-    if (first && second) {
+    for (int view = FM_VIEW_COLOR; first && second && view <= FM_VIEW_DIFFERENCE; view++) {
+        uint64_t differ = 0, pixels = 0;
         for (uint32_t i = 12; i < CAMERAS; i++) {
-            fm_render_desc picture = desc_of(camera_number(i, &state), FM_VIEW_COLOR, FM_MARCH_SKIP);
-            picture.shadow = FM_SHADOW_SOFT;
-            picture.ambient_occlusion = true;
-            picture.crosshair = true;
-            picture.count = true;
+            const fm_render_desc picture = full_desc(camera_number(i, &state), (fm_view)view, &brush);
             uint8_t *a = render_picture(&s, &picture), *b = render_picture(&t, &picture);
-            for (uint32_t k = 0; a && b && k < WIDTH * HEIGHT; k++) {
-                bool same = true;
-                for (uint32_t c = 4 * k; c < 4 * k + 4; c++) {
-                    same = same && abs((int)a[c] - (int)b[c]) <= 2;
-                }
-                differ += !same;
-                pixels++;
+            if (a && b) {
+                differ += count_different(a, b);
+                pixels += WIDTH * HEIGHT;
             }
             free(a);
             free(b);
-            check_sums(&s, &t);
+            if (view == FM_VIEW_COLOR) {
+                check_sums(&s, &t);
+            }
         }
+        printf("view %d: CPU and device differ in %llu of %llu pixels\n", view, (unsigned long long)differ,
+               (unsigned long long)pixels);
+        CHECK(pixels > 0 && differ * 1000 < pixels);
     }
-    printf("CPU and device differ in %llu of %llu pixels\n", (unsigned long long)differ, (unsigned long long)pixels);
-    CHECK(pixels > 0 && differ * 1000 < pixels);
     render_close(&s);
     render_close(&t);
     free(voxels);
