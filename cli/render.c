@@ -124,6 +124,9 @@ static int start_volume(render_request *request, fm_volume **volume) {
     fm_file_info info;
     const int status = files_read(request->in, &request->read, request->quiet, volume, &info);
     request->world.shape = info.shape;
+    if (status == CLI_DONE && !request->quiet && info.note[0]) {
+        printf("%s: %s\n", request->in, info.note);
+    }
     return status;
 }
 
