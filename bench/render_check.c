@@ -2,8 +2,10 @@
 // Whether the pictures that were timed are right: at a sample of their pixels, against rays that walk voxel by voxel, in double
 // precision, through the world's own voxels, by no field and no code of the renderer.
 //
-// What a face looks like is taken from the first pixel that shows one of its colour and direction; the sky from a picture of air.
-// Shadows are checked on a picture with hard ones, which the soft one may only darken.
+// The pictures are made again for this, each in more views: faces by direction must be those of the walk, as must what a pick says.
+// What a face looks like is taken from the first pixel that shows one of its colour and direction, and other colours and directions
+// must look different; the sky is that of a picture of air. Shadows are checked on a picture with hard ones; soft ones are the same
+// in the shadow and far from all that could make a penumbra. Occlusion may only darken, and leaves the sun's light.
 
 #include "render.h"
 
@@ -11,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SAMPLES = 64, FACES = 7, NO_FACE = 6 };
+enum { SAMPLES = 64, FACES = 7, NO_FACE = 6, CONE = 64 };
 
 typedef struct walk {
     bool hit;
@@ -25,7 +27,8 @@ typedef struct checker {
     fm_shape shape;
     uint64_t *solid;  // a bit a voxel
     fm_world *air;
-    uint8_t *timed, *sky, *reference;
+    int32_t top;  // the highest solid voxel
+    uint8_t *timed, *sky, *faces, *hard, *soft;
     uint32_t seen[2][256][FACES];  // what a face looks like in the shadow and in the sun; 0: not known yet
 } checker;
 
@@ -150,20 +153,117 @@ static bool no_lighter(const uint8_t *pixel, const uint8_t *than) {
     return pixel[0] <= than[0] + 1 && pixel[1] <= than[1] + 1 && pixel[2] <= than[2] + 1;
 }
 
+static bool alike(const uint8_t *a, const uint8_t *b) {
+    return no_lighter(a, b) && no_lighter(b, a);
+}
+
+// As fm_pick has it.
+static int face_number(const walk *w) {
+    return !w->hit || w->face == NO_FACE ? 0 : (w->face / 2 + 1) * (w->face % 2 ? 1 : -1);
+}
+
+// FM_VIEW_NORMAL: from 13, against an axis, over 128 to 242.
+static bool shows_face(const uint8_t *pixel, const walk *w) {
+    bool good = true;
+    for (int i = 0; i < 3; i++) {
+        const int face = face_number(w), wanted = !w->hit ? 26 : face == i + 1 ? 242 : face == -(i + 1) ? 13 : 128;
+        good = good && abs((int)pixel[i] - wanted) <= 2;
+    }
+    return good;
+}
+
+static const char *check_pick(const checker *c, const fm_render_desc *desc, uint32_t x, uint32_t y, const walk *w, bool *good) {
+    fm_pick pick;
+    if (fm_render_pick(c->given->renderer, c->given->world, desc, (float)x, (float)y, &pick) != FM_OK) {
+        return fm_last_error();
+    }
+    double far = 0;
+    for (int i = 0; i < 3; i++) {
+        const double way = w->at[i] - (double)desc->camera.position[i];
+        far += way * way;
+    }
+    *good = pick.hit == w->hit;
+    if (w->hit) {
+        *good = *good && memcmp(pick.voxel, w->voxel, sizeof pick.voxel) == 0 && pick.face == face_number(w) &&
+                fabs((double)pick.distance - sqrt(far)) < 0.05 + 1e-4 * sqrt(far);
+    }
+    return NULL;
+}
+
+// Whether a solid voxel, before the face, is within `reach` of a place.
+static bool something_near(const checker *c, const walk *w, const double at[3], double reach) {
+    const int axis = w->face / 2;
+    const double size[3] = {c->shape.x, c->shape.y, c->shape.z};
+    int32_t low[3], high[3], v[3];
+    for (int i = 0; i < 3; i++) {
+        low[i] = (int32_t)fmax(at[i] - reach, 0);
+        high[i] = (int32_t)fmin(at[i] + reach, size[i] - 1);
+    }
+    if (w->face % 2) {
+        low[axis] = low[axis] > w->voxel[axis] ? low[axis] : w->voxel[axis] + 1;
+    } else {
+        high[axis] = high[axis] < w->voxel[axis] ? high[axis] : w->voxel[axis] - 1;
+    }
+    for (v[2] = low[2]; v[2] <= high[2]; v[2]++) {
+        for (v[1] = low[1]; v[1] <= high[1]; v[1]++) {
+            for (v[0] = low[0]; v[0] <= high[0]; v[0]++) {
+                if (is_solid(c, v)) {
+                    return true;
+                }
+            }
+        }
+    }
+    return false;
+}
+
+// Whether the way to the sun is free of all that could make a penumbra; false also where that is far to look for. A penumbra is a
+// twelfth of the way wide (render_shared.h); the rest is for the cells that the field is taken from.
+static bool far_from_shadows(const checker *c, const fm_render_desc *desc, const walk *w) {
+    const double sun[3] = {(double)desc->sun[0], (double)desc->sun[1], (double)desc->sun[2]};
+    for (double time = 0; time < CONE; time++) {
+        const double at[3] = {w->at[0] + sun[0] * time, w->at[1] + sun[1] * time, w->at[2] + sun[2] * time};
+        const double reach = 4 + time / 8;
+        if (at[2] - reach > c->top && sun[2] > 0.125) {
+            return true;
+        }
+        if (something_near(c, w, at, reach)) {
+            return false;
+        }
+    }
+    return false;
+}
+
+// The sun gives more than a half of the light of a face that it shines on; occlusion leaves that.
+static bool keeps_sun(const uint8_t *pixel, const uint8_t *open) {
+    return 4 * pixel[0] + 8 >= 3 * open[0];
+}
+
+static bool right_light(const checker *c, const fm_render_desc *desc, const walk *w, uint64_t i, bool shadow) {
+    const uint8_t *timed = c->timed + 4 * i, *soft = c->soft + 4 * i, *hard = c->hard + 4 * i;
+    bool good = no_lighter(soft, hard) && no_lighter(timed, soft);
+    if (desc->shadow == FM_SHADOW_NONE || shadow) {
+        good = good && alike(soft, hard);
+    } else if (far_from_shadows(c, desc, w)) {
+        good = good && alike(soft, hard) && keeps_sun(timed, hard);
+    }
+    return good && (desc->ambient_occlusion || alike(timed, soft));
+}
+
 static const char *check_pixel(checker *c, const fm_render_desc *desc, uint32_t x, uint32_t y, bench_render_result *result) {
     const uint64_t i = (uint64_t)y * desc->width + x;
     walk w;
-    bool shadow = false;
+    bool shadow = false, good = true;
     if (!sure_walk(c, desc, x, y, &w)) {
         return NULL;
     }
-    if (!w.hit) {
+    const char *failure = check_pick(c, desc, x, y, &w, &good);
+    good = good && shows_face(c->faces + 4 * i, &w);
+    if (!failure && !w.hit) {
         result->checked++;
-        result->wrong += pixel_at(c->timed, i) != pixel_at(c->sky, i);
-        return NULL;
+        result->wrong += !good || pixel_at(c->timed, i) != pixel_at(c->sky, i);
     }
-    if (desc->shadow != FM_SHADOW_NONE && !sure_shadow(c, desc, &w, &shadow)) {
-        return NULL;
+    if (failure || !w.hit || (good && desc->shadow != FM_SHADOW_NONE && !sure_shadow(c, desc, &w, &shadow))) {
+        return failure;
     }
     const fm_box box = {{(uint32_t)w.voxel[0], (uint32_t)w.voxel[1], (uint32_t)w.voxel[2]},
                         {(uint32_t)w.voxel[0] + 1, (uint32_t)w.voxel[1] + 1, (uint32_t)w.voxel[2] + 1}};
@@ -172,11 +272,38 @@ static const char *check_pixel(checker *c, const fm_render_desc *desc, uint32_t 
         return fm_last_error();
     }
     uint32_t *seen = &c->seen[!shadow][voxel & 0xff][w.face];
-    const uint32_t shown = pixel_at(c->reference, i);
+    const uint32_t shown = pixel_at(c->hard, i);
     result->checked++;
-    result->wrong += (*seen && *seen != shown) || !no_lighter(c->timed + 4 * i, c->reference + 4 * i);
+    result->wrong += !good || (*seen && *seen != shown) || !right_light(c, desc, &w, i, shadow);
     *seen = *seen ? *seen : shown;
     return NULL;
+}
+
+// Colours with some red in them look different from each axis, and never black.
+static uint64_t wrong_faces(const uint32_t seen[FACES], uint32_t color) {
+    uint64_t wrong = 0;
+    for (int f = 0; color >> 5 >= 3 && f < NO_FACE; f++) {
+        wrong += seen[f] && (seen[f] & 0xff) < 40;
+        for (int g = 0; seen[f] && g < 2 * (f / 2); g++) {
+            wrong += seen[f] == seen[g];
+        }
+    }
+    return wrong;
+}
+
+// What looks the same and must not.
+static uint64_t wrong_looks(const checker *c) {
+    uint64_t wrong = 0;
+    for (int lit = 0; lit < 2; lit++) {
+        for (uint32_t a = 0; a < 256; a++) {
+            wrong += wrong_faces(c->seen[lit][a], a);
+            for (uint32_t i = 0; i < a * FACES; i++) {
+                const uint32_t b = i / FACES, face = i % FACES;
+                wrong += c->seen[lit][a][face] && c->seen[lit][a][face] == c->seen[lit][b][face];
+            }
+        }
+    }
+    return wrong;
 }
 
 static bool picture(const checker *c, fm_world *world, const fm_render_desc *desc, uint8_t *pixels) {
@@ -184,11 +311,13 @@ static bool picture(const checker *c, fm_world *world, const fm_render_desc *des
 }
 
 static const char *check_picture(checker *c, const fm_render_desc *desc, uint32_t number, bench_render_result *result) {
-    fm_render_desc hard = *desc;
+    fm_world *world = c->given->world;
+    fm_render_desc faces = *desc, soft = *desc, hard = *desc;
+    faces.view = FM_VIEW_NORMAL;
     hard.shadow = desc->shadow == FM_SHADOW_NONE ? FM_SHADOW_NONE : FM_SHADOW_HARD;
-    hard.ambient_occlusion = false;
-    if (!picture(c, c->given->world, desc, c->timed) || !picture(c, c->air, desc, c->sky) ||
-        !picture(c, c->given->world, &hard, c->reference)) {
+    soft.ambient_occlusion = hard.ambient_occlusion = false;
+    if (!picture(c, world, desc, c->timed) || !picture(c, c->air, desc, c->sky) || !picture(c, world, &faces, c->faces) ||
+        !picture(c, world, &soft, c->soft) || !picture(c, world, &hard, c->hard)) {
         return fm_last_error();
     }
     const char *failure = NULL;
@@ -212,6 +341,7 @@ static const char *read_solid(checker *c) {
         for (uint64_t i = 0; result == FM_OK && i < slice; i++) {
             const uint64_t at = slice * z + i;
             c->solid[at / 64] |= (uint64_t)(voxels[i] != 0) << (at % 64);
+            c->top = voxels[i] ? (int32_t)z : c->top;
         }
     }
     free(voxels);
@@ -219,7 +349,7 @@ static const char *read_solid(checker *c) {
 }
 
 static const char *check(checker *c, bench_render_result *result) {
-    if (!c->solid || !c->timed || !c->sky || !c->reference) {
+    if (!c->solid || !c->timed || !c->sky || !c->faces || !c->hard || !c->soft) {
         return "out of memory for the check";
     }
     if (fm_world_create(c->given->context, &(fm_world_desc){.shape = {1, 1, 1}}, &c->air) != FM_OK) {
@@ -229,6 +359,7 @@ static const char *check(checker *c, bench_render_result *result) {
     for (uint32_t i = 0; !failure && i < c->given->count; i++) {
         failure = check_picture(c, &c->given->pictures[i], i, result);
     }
+    result->wrong += failure ? 0 : wrong_looks(c);
     return failure ? failure : result->wrong ? "pixels are wrong" : NULL;
 }
 
@@ -246,13 +377,17 @@ const char *bench_render_check(const bench_render_pictures *given, bench_render_
     c->solid = calloc(voxels / 64 + 1, sizeof *c->solid);
     c->timed = malloc(bytes);
     c->sky = malloc(bytes);
-    c->reference = malloc(bytes);
+    c->faces = malloc(bytes);
+    c->hard = malloc(bytes);
+    c->soft = malloc(bytes);
     const char *failure = check(c, result);
     fm_world_destroy(c->air);
     free(c->solid);
     free(c->timed);
     free(c->sky);
-    free(c->reference);
+    free(c->faces);
+    free(c->hard);
+    free(c->soft);
     free(c);
     return failure;
 }
