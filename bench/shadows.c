@@ -187,12 +187,12 @@ static double share_error(const bench_shadow_case *what, const float *shares, co
 // A sphere's penumbra
 // ---------------------------------------------------------------------------------------------------------------------------
 
-// Where along x values first pass 1/10 and 9/10 of the light, and how far apart that is.
+// Where along x values first pass 1/10 and 9/10 of the light, and how far apart that is; NAN where they never do.
 static double width_of(const double *x, const double *share, uint32_t count) {
-    double at[2] = {0, 0};
+    double at[2] = {NAN, NAN};
     for (int which = 0; which < 2; which++) {
         const double level = which ? 0.9 : 0.1;
-        for (uint32_t i = 0; i + 1 < count; i++) {
+        for (uint32_t i = 0; i + 1 < count && isnan(at[which]); i++) {
             if (share[i] < level && share[i + 1] >= level) {
                 at[which] = x[i] + (x[i + 1] - x[i]) * (level - share[i]) / (share[i + 1] - share[i]);
             }

@@ -2,6 +2,8 @@
 #include "shadows.h"
 #include "tables.h"
 
+#include <math.h>
+
 void bench_shadow_print_header(FILE *stream) {
     fprintf(stream, "%-27s %8s %8s %8s %8s %8s | %7s %7s %7s %7s %7s %7s %8s\n", "shadows", "update", "field", "surface", "light",
             "frame", "share", "picture", "FLIP", "SSIM", "noise", "moving", "width");
@@ -14,9 +16,13 @@ void bench_shadow_print(FILE *stream, const bench_shadow_result *r) {
         fprintf(stream, "%-27s failed: %s\n", r->way->name, r->failure);
         return;
     }
-    fprintf(stream, "%-27s %8.3f %8.3f %8.3f %8.3f %8.3f | %7.4f %7.4f %7.4f %7.4f %7.4f %7.4f %+7.1f%%\n", r->way->name,
+    char width[32] = "none";
+    if (!isnan(r->width_error)) {
+        snprintf(width, sizeof width, "%+.1f%%", 100 * r->width_error);
+    }
+    fprintf(stream, "%-27s %8.3f %8.3f %8.3f %8.3f %8.3f | %7.4f %7.4f %7.4f %7.4f %7.4f %7.4f %8s\n", r->way->name,
             r->update.median, r->field.median, r->surface.median, r->light.median, r->frame.median, r->share_error,
-            r->picture_error, r->flip, r->ssim, r->noise, r->moving_error, 100 * r->width_error);
+            r->picture_error, r->flip, r->ssim, r->noise, r->moving_error, width);
 }
 
 void bench_shadow_csv_header(FILE *stream) {
@@ -38,8 +44,12 @@ void bench_shadow_csv(FILE *stream, const bench_shadow_case *what, const char *d
     for (int i = 0; i < 5; i++) {
         bench_csv_stats(stream, stats[i]);
     }
-    fprintf(stream, ",%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,", r->share_error, r->picture_error, r->flip, r->ssim, r->noise,
-            r->moving_error, r->width_error);
+    fprintf(stream, ",%.6f,%.6f,%.6f,%.6f,%.6f,%.6f,", r->share_error, r->picture_error, r->flip, r->ssim, r->noise,
+            r->moving_error);
+    if (!isnan(r->width_error)) {
+        fprintf(stream, "%.6f", r->width_error);
+    }
+    fputc(',', stream);
     bench_csv_text(stream, r->failure);
     fputc('\n', stream);
 }

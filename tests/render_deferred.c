@@ -317,8 +317,26 @@ static void check_one(fm_context *context) {
         check_shadows(&s);
         check_blending(&s);
         check_arguments(&s);
+        check_empty_field(&s);
     }
     close_stage(&s);
+}
+
+// The field of an empty mesh is infinite everywhere: all light arrives.
+static void check_empty_field(stage *s) {
+    static float texels[TEXELS * TEXELS * TEXELS];
+    for (int i = 0; i < TEXELS * TEXELS * TEXELS; i++) {
+        texels[i] = INFINITY;
+    }
+    const fm_deferred_desc desc = view_of(s, FM_SURFACE_MESH, FM_SHADOWS_FIELD);
+    if (!CHECK_OK(fm_volume_upload(s->field, texels)) || !render(s, &desc, shares, depths, pixels)) {
+        return;
+    }
+    int dark = 0;
+    for (int i = 0; i < PIXELS; i++) {
+        dark += shares[i] > 0 && shares[i] < 1;
+    }
+    CHECK(dark == 0);
 }
 
 // Pictures of the device differ from the processor's by rounding only.
@@ -345,6 +363,15 @@ static void check_agreement(fm_context *host, fm_context *device) {
             }
         }
     }
+    // What a picture does not need may lie anywhere.
+    fm_deferred_desc mixed = view_of(&b, FM_SURFACE_MESH, FM_SHADOWS_NONE);
+    mixed.field = a.field;
+    CHECK_OK(fm_deferred_render(b.deferred, &mixed, NULL));
+    mixed = view_of(&b, FM_SURFACE_FIELD, FM_SHADOWS_FIELD);
+    mixed.mesh = a.mesh;
+    CHECK_OK(fm_deferred_render(b.deferred, &mixed, NULL));
+    mixed.surface = FM_SURFACE_MESH;
+    CHECK_FAILS(fm_deferred_render(b.deferred, &mixed, NULL), FM_ERROR_INVALID_ARGUMENT);
     close_stage(&b);
     close_stage(&a);
 }

@@ -46,8 +46,8 @@ typedef enum fm_shadows {
     // Needs a signed field whose distances are not cut at a band.
     FM_SHADOWS_FIELD,
     FM_SHADOWS_DISTRIBUTED,  // `samples` rays through the mesh to places of the light: the truth, as samples grow
-    // Cascaded shadow maps with exponential variance: four cascades, blurred over 15 x 15 texels. DIRECTIONAL lights only; the
-    // light's size is not heeded. Source: Lauritzen and McCool 2008, "Layered variance shadow maps", for the warp; Engel 2006 for
+    // Cascaded shadow maps with exponential variance: four cascades, blurred over 15 x 15 texels. one DIRECTIONAL light only,
+    // whose size is not heeded. Source: Lauritzen and McCool 2008, "Layered variance shadow maps", for the warp; Engel 2006 for
     // cascades.
     FM_SHADOWS_MAP,
 } fm_shadows;
@@ -76,10 +76,10 @@ typedef struct fm_deferred_desc {
     float max_step;        // RTSDF; 0: 0.05 of the field's longest edge
     uint32_t max_steps;    // RTSDF, 0: 128; at most 4096
     bool jitter;           // RTSDF: the first step is a random part of one
-    bool taa;              // blend with the pictures before, from where the surface was in them; jitters the pixels too
-    uint32_t frame;        // seed of jitter and of samples
-    uint32_t map_edge;     // MAP: texels along a cascade's edge, 0: 1024; at most 8192
-    float extent;          // MAP: how far from the camera the last cascade ends; 0: where the mesh does
+    bool taa;  // blend with the pictures before, from where they showed the place; jitters the pixels. What moves smears a little
+    uint32_t frame;     // seed of jitter and of samples
+    uint32_t map_edge;  // MAP: texels along a cascade's edge, 0: 1024; at most 8192
+    float extent;       // MAP: how far from the camera the last cascade ends; 0: where the mesh does
 } fm_deferred_desc;
 
 // Renders into memory of its own, and keeps what pictures to come need of those before. Same thread rule as its context.

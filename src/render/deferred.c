@@ -175,6 +175,9 @@ static void set_field(const fm_volume *field, fm_defer_scene *scene) {
 
 static fm_result make_picture(const fm_deferred *deferred, const fm_deferred_desc *desc, fm_deferred_picture *picture) {
     picture->desc = *desc;
+    // What is not wanted is not looked at: it may be of anywhere.
+    picture->desc.mesh = wants_mesh(desc) ? desc->mesh : NULL;
+    picture->desc.field = wants_field(desc) ? desc->field : NULL;
     fm_defer_scene *scene = &picture->scene;
     *scene = (fm_defer_scene){.width = (int32_t)desc->width,
                               .height = (int32_t)desc->height,
@@ -203,8 +206,8 @@ static fm_result make_picture(const fm_deferred *deferred, const fm_deferred_des
         for (int i = 0; i < 3; i++) {
             size = fmax(size, fmax(fabs((double)info.high[i]), fabs((double)info.low[i])));
         }
-        // Above what rounding makes of a hit's place.
-        scene->lift = info.low[0] <= info.high[0] ? (float)(1e-5 * size) : 0;
+        // Above what rounding makes of a hit's place: a few units in the last place.
+        scene->lift = info.low[0] <= info.high[0] ? (float)(1e-6 * size) : 0;
         fm_deferred_cascades(picture, info.low, info.high);
     }
     return FM_OK;

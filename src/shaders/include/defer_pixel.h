@@ -68,9 +68,13 @@ FM_DEFER fm_share fm_shadow_share(FM_SCENE, fm_v3 at, fm_v3 normal, fm_lit_from 
         result = fm_published_share(FM_WITH, at, normal, light, FM_GET(jitter) != 0u ? turn : 0.0f);
     } else if (shadows == FM_GPU_SHADOWS_FIELD) {
         fm_float sum = 0;
+        // The parts are discs of an n-th of the light's area, placed so that the mean square from the light's middle is the
+        // light's.
         fm_float spread = light.spread / FM_SQRT(FM_F(FM_GET(samples)));
+        fm_lit_from middles = light;
+        middles.spread = light.spread * FM_SQRT(1 - 1 / FM_F(FM_GET(samples)));
         for (fm_uint i = 0u; i < FM_GET(samples); i++) {
-            fm_v3 to = FM_GET(samples) == 1u ? way : fm_unit(fm_way_to_place(light, i, FM_GET(samples), turn));
+            fm_v3 to = FM_GET(samples) == 1u ? way : fm_unit(fm_way_to_place(middles, i, FM_GET(samples), turn));
             fm_share one = fm_cone_share(FM_WITH, at, normal, to, light.far, spread);
             sum += one.share;
             result.reads += one.reads;

@@ -116,8 +116,9 @@ FM_DEFER fm_float fm_texel(FM_SCENE, fm_int x, fm_int y, fm_int z) {
     fm_int cx = FM_LEAST(FM_MOST(x, 0), FM_GET(shape)[0] - 1);
     fm_int cy = FM_LEAST(FM_MOST(y, 0), FM_GET(shape)[1] - 1);
     fm_int cz = FM_LEAST(FM_MOST(z, 0), FM_GET(shape)[2] - 1);
-    return FM_TEXEL(FM_LONG(cx) + FM_LONG(FM_GET(shape)[0]) * (FM_LONG(cy) + FM_LONG(FM_GET(shape)[1]) * FM_LONG(cz))) -
-           FM_GET(level);
+    // Of an empty mesh it is infinite, which cannot be interpolated.
+    fm_float value = FM_TEXEL(FM_LONG(cx) + FM_LONG(FM_GET(shape)[0]) * (FM_LONG(cy) + FM_LONG(FM_GET(shape)[1]) * FM_LONG(cz)));
+    return FM_MIN(FM_MAX(value, -1e30f), 1e30f) - FM_GET(level);
 }
 
 // A world position in texels.
@@ -294,7 +295,9 @@ FM_DEFER fm_found fm_field_surface(FM_SCENE, fm_v3 origin, fm_v3 way) {
     fm_found found;
     found.time = FM_INFINITY_F;
     found.reads = 0u;
-    while (time <= span.last && found.reads < FM_SURFACE_READS) {
+    // A ray crosses a boundary between cells once.
+    fm_uint most_reads = FM_U(FM_GET(shape)[0]) + FM_U(FM_GET(shape)[1]) + FM_U(FM_GET(shape)[2]) + 16u;
+    while (time <= span.last && found.reads < most_reads) {
         fm_cell cell = fm_cell_of(FM_WITH, fm_to_texels(FM_WITH, fm_add(origin, fm_times(way, time))));
         found.reads++;
         fm_float least = cell.v[0], most = FM_SIZE_OF(cell.v[0]);

@@ -30,7 +30,6 @@
 #define FM_SOFT_READS 192
 // ... and how far above the surface it begins, in voxels: above what the field errs by there.
 #define FM_CONE_LIFT 0.1f
-#define FM_SURFACE_READS 2048
 
 // Exponents of the two warps of depth; a float's square holds e^(2 * 40).
 #define FM_WARP_UP 40.0f
