@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FARTHEST = 1 << 19, PITCH = 4, FOV = 5 };
+enum { PITCH = 4, FOV = 5 };
 
 void path_options_add(cli_args *args, path_options *o) {
     o->camera =
@@ -43,9 +43,9 @@ static bool read_camera(const char *what, const char *text, camera_key *key) {
         return false;
     }
     const double most = fmax(fabs(key->v[0]), fmax(fabs(key->v[1]), fabs(key->v[2])));
-    if (most > FARTHEST || fabs(key->v[3]) > 1e6 || fabs(key->v[PITCH]) > 90) {
+    if (most > FM_CAMERA_FARTHEST || fabs(key->v[3]) > 1e6 || fabs(key->v[PITCH]) > 90) {
         cli_usage("%s is \"%.80s\": positions from -%d to %d, yaws from -1000000 to 1000000 and pitches from -90 to 90 are wanted",
-                  what, text, FARTHEST, FARTHEST);
+                  what, text, FM_CAMERA_FARTHEST, FM_CAMERA_FARTHEST);
         return false;
     }
     return true;

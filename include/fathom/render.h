@@ -10,10 +10,13 @@
 extern "C" {
 #endif
 
+// Positions farther out are too coarse in floats to tell the voxels that a ray passes.
+enum { FM_CAMERA_FARTHEST = 1 << 19 };
+
 // A pinhole camera in voxel units: voxel (x, y, z) fills the cube from (x, y, z) - 0.5 to + 0.5. z points up in the scenes of this
 // project; `up` need not be at right angles to the view.
 typedef struct fm_camera {
-    float position[3];  // each within 2^19 voxels of 0
+    float position[3];  // each within FM_CAMERA_FARTHEST voxels of 0
     float forward[3];   // any length above 0
     float up[3];        // all 0: 0, 0, 1
     float fov_y;        // full vertical angle in degrees, above 0 and below 180; 0: 60
@@ -75,18 +78,21 @@ typedef struct fm_render_stats {
 // Renders into memory of its own. Same thread rule as its context.
 typedef struct fm_renderer fm_renderer;
 
-// Errors: FM_ERROR_INVALID_ARGUMENT for NULL, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST.
+// Errors: FM_ERROR_INVALID_ARGUMENT for NULL, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST,
+// FM_ERROR_INTERNAL when the driver fails.
 FM_API fm_result fm_renderer_create(fm_context *context, fm_renderer **renderer);
 FM_API void fm_renderer_destroy(fm_renderer *renderer);  // waits for the work in flight; NULL is ignored
 
 // Renders a world as it is after its newest update, whatever its format, borders and exactness; asynchronous on Vulkan, complete at
-// `ticket` (NULL: waits). The world belongs to the renderer's context; before its first update it shows air. All voxels nearer to a
-// voxel than its Manhattan distance are air, and so are those nearer than its Euclidean distance rounded up, for the Manhattan
-// distance is never the smaller one: so FM_FIELD_SQUARED_U32 is marched by the root, rounded up. FM_MARCH_SKIP begins with beams:
-// how far all rays of 8 x 8 pixels can go at once; not for FM_VIEW_DIFFERENCE, nor where the world's method may give distances that
-// are too great. Passes: "beam" (Vulkan; part of "march" on the CPU) and "march". Errors: FM_ERROR_INVALID_ARGUMENT, also for NULL
-// but for `ticket`; FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the
-// driver fails. The picture before stays the newest unless the wait for this one is what failed.
+// `ticket` (NULL: waits); but a picture of another size than the one before waits for the context's earlier work, whose memory
+// goes, and at most three pictures are in flight: the fourth waits for the first. The world belongs to the renderer's context;
+// before its first update it shows air. All voxels nearer to a voxel than its Manhattan distance are air, and so are those nearer
+// than its Euclidean distance rounded up, for the Manhattan distance is never the smaller one: so FM_FIELD_SQUARED_U32 is marched
+// by the root, rounded up. FM_MARCH_SKIP begins with beams: how far all rays of 8 x 8 pixels can go at once; not for
+// FM_VIEW_DIFFERENCE, nor where the world's method may give distances that are too great. Passes: "beam" (Vulkan; part of "march"
+// on the CPU) and "march". Errors: FM_ERROR_INVALID_ARGUMENT, also for NULL but for `ticket`; FM_ERROR_OUT_OF_DEVICE_MEMORY,
+// FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the driver fails. The picture before stays the newest
+// unless the wait for this one is what failed.
 FM_API fm_result fm_render(fm_renderer *renderer, fm_world *world, const fm_render_desc *desc, fm_ticket *ticket);
 
 // Copies the newest picture: `width` * `height` RGBA pixels of 8 bits each (sRGB, opaque), top row first. Waits for it. Errors:
@@ -94,11 +100,14 @@ FM_API fm_result fm_render(fm_renderer *renderer, fm_world *world, const fm_rend
 // where the device's memory cannot be mapped, for what the pixels go through; FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the
 // driver fails.
 FM_API fm_result fm_renderer_read(fm_renderer *renderer, uint8_t *pixels);
-// The picture's buffer, RGBA8 as above, valid until the next fm_render of another size or the renderer's end. Does not wait.
+// The picture's buffer, RGBA8 as above, valid until the next fm_render of another size or the renderer's end. Does not wait: what
+// reads it waits for fm_render's ticket, on the host or by the timeline of fm_context_vulkan. The next fm_render of the same size
+// overwrites it, and asks no reader: by then reads must be complete, or be those of compute shaders and copies that were submitted
+// to the context's own queue before, after which the library's work comes.
 // Errors: FM_ERROR_INVALID_ARGUMENT for NULL and before the first picture, FM_ERROR_UNSUPPORTED on the CPU.
 FM_API fm_result fm_renderer_vulkan(const fm_renderer *renderer, fm_volume_buffer *buffer);
-// Waits for the newest picture that was counted. Errors: FM_ERROR_INVALID_ARGUMENT for NULL and before the first such picture,
-// FM_ERROR_DEVICE_LOST.
+// Waits for the newest picture that was counted. Errors: FM_ERROR_INVALID_ARGUMENT for NULL and before the first such picture;
+// FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the driver fails.
 FM_API fm_result fm_renderer_stats(fm_renderer *renderer, fm_render_stats *stats);
 
 // What is under a place in the picture (whole numbers are the pixels' centres): the first solid voxel on its ray and the axis of

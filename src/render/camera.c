@@ -6,9 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-// Positions beyond this are too coarse in floats to tell the voxels that a ray passes.
-enum { FARTHEST = 1 << 19 };
-
 bool fm_all_finite(const float v[3]) {
     return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]);
 }
@@ -19,9 +16,9 @@ static bool all_zero(const float v[3]) {
 
 fm_result fm_camera_check(const fm_camera *camera) {
     for (int i = 0; i < 3; i++) {
-        if (!(fabsf(camera->position[i]) <= FARTHEST)) {
+        if (!(fabsf(camera->position[i]) <= FM_CAMERA_FARTHEST)) {
             return fm_fail(FM_ERROR_INVALID_ARGUMENT, "camera.position has %c = %g: -%d to %d is accepted", "xyz"[i],
-                           (double)camera -> position[i], FARTHEST, FARTHEST);
+                           (double)camera -> position[i], FM_CAMERA_FARTHEST, FM_CAMERA_FARTHEST);
         }
     }
     if (!fm_all_finite(camera->forward) || all_zero(camera->forward)) {

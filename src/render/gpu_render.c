@@ -10,12 +10,17 @@
 
 enum { IN_FLIGHT = 3, BEAM_THREADS = 32 };
 
-// What the host writes for a picture in flight, and what the kernel sums up for the host.
+// What the host writes for a picture in flight.
 typedef struct frame {
     fm_buffer *extra;  // FM_EXTRA_BYTES
-    fm_buffer *stats;  // FM_STATS_WORDS 32-bit words
     fm_ticket ticket;
 } frame;
+
+// What the kernels sum up for the host, of a counted picture.
+typedef struct tally {
+    fm_buffer *sums;  // FM_STATS_WORDS 32-bit words
+    fm_ticket ticket;
+} tally;
 
 // A pick in flight.
 typedef struct pick {
@@ -34,8 +39,10 @@ struct fm_gpu_render {
     pick picks[IN_FLIGHT];
     uint32_t pick;  // the newest
     frame frames[IN_FLIGHT];
-    uint32_t frame;    // of the newest picture
-    uint32_t counted;  // ... that was counted
+    uint32_t frame;  // of the newest picture
+    tally tallies[IN_FLIGHT];
+    uint32_t tally;  // of the newest picture that was counted
+    bool large;      // elements have 64 bits in every world
 };
 
 fm_result fm_gpu_render_create(fm_renderer *renderer) {
@@ -46,15 +53,15 @@ fm_result fm_gpu_render_create(fm_renderer *renderer) {
     }
     renderer->gpu = own;
     own->gpu = renderer->context->gpu;
+    // Tests set the variable, for worlds of more than 2^32 voxels are not for them.
+    own->large = getenv("FATHOM_LARGE") != NULL;
     for (int i = 0; i < IN_FLIGHT; i++) {
         FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_READBACK, sizeof(fm_gpu_pick), false, &own->picks[i].found));
         frame *f = &own->frames[i];
         FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_UPLOAD, FM_EXTRA_BYTES, false, &f->extra));
-        FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_READBACK, 4 * FM_STATS_WORDS, false, &f->stats));
+        FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_READBACK, 4 * FM_STATS_WORDS, false, &own->tallies[i].sums));
         uint8_t *extra = fm_buffer_mapped(f->extra);
-        const uint64_t stats = fm_buffer_address(f->stats);
         memset(extra, 0, FM_EXTRA_BYTES);
-        memcpy(extra + FM_EXTRA_STATS, &stats, sizeof stats);
         memcpy(extra + FM_EXTRA_MAP, renderer->map, sizeof renderer->map);
     }
     return FM_OK;
@@ -74,7 +81,7 @@ void fm_gpu_render_destroy(fm_renderer *renderer) {
     (void)fm_gpu_wait(own->gpu, fm_gpu_newest(own->gpu));
     for (int i = 0; i < IN_FLIGHT; i++) {
         fm_buffer_destroy(own->frames[i].extra);
-        fm_buffer_destroy(own->frames[i].stats);
+        fm_buffer_destroy(own->tallies[i].sums);
         fm_buffer_destroy(own->picks[i].found);
     }
     destroy_room(&own->room);
@@ -103,9 +110,8 @@ static void set_world(const fm_world *world, fm_march_push *push) {
     push->bits = fm_buffer_address(gpu->bits);
 }
 
-// Whether elements need 64 bits. Tests set the variable, for worlds of that size are not for them.
-static bool is_large(const fm_world *world) {
-    return fm_voxels(world->desc.shape) > UINT32_MAX || getenv("FATHOM_LARGE");
+static bool is_large(const fm_gpu_render *own, const fm_world *world) {
+    return own->large || fm_voxels(world->desc.shape) > UINT32_MAX;
 }
 
 static fm_result dispatch(const fm_gpu_render *own, fm_slot *slot, fm_kernel kernel, const uint32_t *constants, uint32_t count,
@@ -128,7 +134,7 @@ static fm_result record(const fm_gpu_render *own, const fm_world *world, const f
     push.beam = fm_buffer_address(to->beam);
     push.extra = fm_buffer_address(f->extra);
     const uint64_t tiles = tiles_of(desc->width, desc->height);
-    const uint32_t constants[] = {world->desc.format, desc->march,    is_large(world),         desc->count,      desc->view,
+    const uint32_t constants[] = {world->desc.format, desc->march,    is_large(own, world),    desc->count,      desc->view,
                                   desc->shadow,       picture->beams, desc->ambient_occlusion, picture->preview, desc->crosshair};
     if (picture->beams) {
         FM_TRY(dispatch(own, slot, FM_KERNEL_MARCH_BEAM, constants, 4, &push, sizeof push, fm_div_up(tiles, BEAM_THREADS)));
@@ -139,8 +145,18 @@ static fm_result record(const fm_gpu_render *own, const fm_world *world, const f
     return FM_OK;
 }
 
+// Sums of 0 for a picture to come; those of the newest counted one stay.
+static fm_result clear_tally(fm_gpu_render *own, const frame *f, tally *t) {
+    FM_TRY(fm_gpu_wait(own->gpu, t->ticket));
+    const uint64_t address = fm_buffer_address(t->sums);
+    memcpy((uint8_t *)fm_buffer_mapped(f->extra) + FM_EXTRA_STATS, &address, sizeof address);
+    memset(fm_buffer_mapped(t->sums), 0, 4 * FM_STATS_WORDS);
+    return FM_OK;
+}
+
 static fm_result submit(fm_gpu_render *own, const fm_world *world, const fm_picture *picture, const room *to, fm_ticket *ticket) {
     const uint32_t next = (own->frame + 1) % IN_FLIGHT;
+    const uint32_t next_tally = (own->tally + 1) % IN_FLIGHT;
     frame *f = &own->frames[next];
     FM_TRY(fm_gpu_wait(own->gpu, f->ticket));
     memcpy((uint8_t *)fm_buffer_mapped(f->extra) + FM_EXTRA_BRUSH, &picture->brush, sizeof picture->brush);
@@ -148,12 +164,15 @@ static fm_result submit(fm_gpu_render *own, const fm_world *world, const fm_pict
     FM_TRY(fm_commands_begin(own->gpu, &slot));
     FM_TRY(record(own, world, picture, to, f, slot));
     if (picture->desc.count) {
-        memset(fm_buffer_mapped(f->stats), 0, 4 * FM_STATS_WORDS);
+        FM_TRY(clear_tally(own, f, &own->tallies[next_tally]));
     }
     FM_TRY(fm_commands_submit(own->gpu, slot, ticket));
     f->ticket = *ticket;
     own->frame = next;
-    own->counted = picture->desc.count ? next : own->counted;
+    if (picture->desc.count) {
+        own->tallies[next_tally].ticket = *ticket;
+        own->tally = next_tally;
+    }
     return FM_OK;
 }
 
@@ -190,7 +209,7 @@ fm_result fm_gpu_pick_begin(fm_renderer *renderer, const fm_world *world, const 
                          .size_z = picture->push.size_z};
     memcpy(push.origin, picture->push.origin, sizeof push.origin);
     memcpy(push.way, way, sizeof push.way);
-    const uint32_t constants[] = {world->desc.format, picture->desc.march, is_large(world)};
+    const uint32_t constants[] = {world->desc.format, picture->desc.march, is_large(own, world)};
     fm_slot *slot;
     FM_TRY(fm_commands_begin(own->gpu, &slot));
     FM_TRY(dispatch(own, slot, FM_KERNEL_PICK, constants, 3, &push, sizeof push, 1));
@@ -233,9 +252,9 @@ void fm_gpu_render_describe(const fm_renderer *renderer, fm_volume_buffer *buffe
 
 fm_result fm_gpu_render_stats(fm_renderer *renderer) {
     const fm_gpu_render *own = renderer->gpu;
-    const frame *f = &own->frames[own->counted];
-    FM_TRY(fm_gpu_wait(own->gpu, f->ticket));
-    const uint32_t *words = fm_buffer_mapped(f->stats);
+    const tally *t = &own->tallies[own->tally];
+    FM_TRY(fm_gpu_wait(own->gpu, t->ticket));
+    const uint32_t *words = fm_buffer_mapped(t->sums);
     uint64_t sums[FM_SUM_COUNT];
     for (int i = 0; i < FM_SUM_COUNT; i++) {
         sums[i] = words[2 * i] | (uint64_t)words[2 * i + 1] << 32;

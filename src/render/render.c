@@ -20,7 +20,7 @@ _Static_assert(FM_GPU_VIEW_COLOR == FM_VIEW_COLOR && FM_GPU_VIEW_STEPS == FM_VIE
 _Static_assert(FM_GPU_SHADOW_NONE == FM_SHADOW_NONE && FM_GPU_SHADOW_HARD == FM_SHADOW_HARD && FM_GPU_SHADOW_SOFT == FM_SHADOW_SOFT,
                "shadows are numbered alike");
 _Static_assert(FM_EXTRA_MAP == FM_EXTRA_BRUSH + sizeof(fm_gpu_brush) && FM_EXTRA_BYTES == FM_EXTRA_MAP + 4 * 256,
-               "shared.h says where the parts lie");
+               "render_shared.h says where the parts lie");
 
 static fm_result check_view(const fm_render_desc *desc, fm_shape shape) {
     if ((unsigned)desc->march > FM_MARCH_PLAIN) {

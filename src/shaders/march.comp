@@ -47,7 +47,7 @@ vec3 skip_ahead(ray_t ray, vec3 start, float time, float beam) {
     return start;
 }
 
-// The time at which a ray meets the plane of the slice inside of the world; below 0: never.
+// The time at which a ray meets the plane of the slice, inside of the world or not, and where; below 0: never.
 float slice_time(vec3 origin, vec3 way, out vec3 at) {
     uint axis = push.slice & 3u;
     float plane = float(push.slice >> 2) + 0.5;

@@ -4,8 +4,9 @@
 #include "march.glsl"
 #include "picture.glsl"
 
-// One invocation owns a tile of 8 x 8 pixels: the time up to which all of its rays meet nothing but air. It reads the field about
-// forty times and writes 4 bytes, a sixteenth of a byte a pixel.
+// One invocation owns a tile of 8 x 8 pixels: the time up to which all of its rays meet nothing but air. It reads the field a
+// dozen times or so, one read after the other (terrain of 1024^3 at 1920 x 1080: 14.3), and writes 4 bytes, a sixteenth of a byte a
+// pixel.
 //
 // All rays of the tile are within `spread` * time of the middle one in the Manhattan sense, for the rays' ends at a time lie in a
 // plane and the corners are the farthest.

@@ -6,7 +6,7 @@
 
 #include "shared.h"
 
-// The numbers of fm_march, fm_view and fm_shadow (gpu_render.c compares them).
+// The numbers of fm_march, fm_view and fm_shadow (render.c compares them).
 #define FM_GPU_MARCH_SKIP 0
 #define FM_GPU_MARCH_BOX 1
 #define FM_GPU_MARCH_PLAIN 2
