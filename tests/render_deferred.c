@@ -310,18 +310,6 @@ static void check_arguments(stage *s) {
     }
 }
 
-static void check_one(fm_context *context) {
-    stage s;
-    if (open_stage(&s, context)) {
-        check_surfaces(&s);
-        check_shadows(&s);
-        check_blending(&s);
-        check_arguments(&s);
-        check_empty_field(&s);
-    }
-    close_stage(&s);
-}
-
 // The field of an empty mesh is infinite everywhere: all light arrives.
 static void check_empty_field(stage *s) {
     static float texels[TEXELS * TEXELS * TEXELS];
@@ -337,6 +325,18 @@ static void check_empty_field(stage *s) {
         dark += shares[i] > 0 && shares[i] < 1;
     }
     CHECK(dark == 0);
+}
+
+static void check_one(fm_context *context) {
+    stage s;
+    if (open_stage(&s, context)) {
+        check_surfaces(&s);
+        check_shadows(&s);
+        check_blending(&s);
+        check_arguments(&s);
+        check_empty_field(&s);
+    }
+    close_stage(&s);
 }
 
 // Pictures of the device differ from the processor's by rounding only.
