@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "settings.h"
 
-#include "render/trust.h"
 #include "scenes.h"
 #include "world.h"
 
@@ -26,7 +25,7 @@ const char *paint_scene_name(uint32_t scene) {
 
 bool paint_may_be_wrong(const fm_world_method *chosen) {
     const fm_world_method method = bench_world_method(chosen);
-    return fm_may_be_too_far(&method);
+    return fm_world_method_overestimates(&method);
 }
 
 uint32_t paint_slices(const paint_settings *settings, fm_shape shape) {

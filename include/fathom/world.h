@@ -77,6 +77,11 @@ typedef struct fm_world_method {
     int32_t focus[3];       // SELECTIVE: a voxel position, inside the world or not
 } fm_world_method;
 
+// Whether distances by this method may be above the exact ones, so that a ray that trusts them may pass through solid voxels: for
+// FM_WORLD_JFA_PUBLISHED, alone or far from the focus of FM_WORLD_SELECTIVE, and for chunks with FM_BORDER_HALO. The other methods
+// never are above. Nothing is checked: a method that fm_world_create refuses has an answer too. NULL: false. Any thread.
+FM_API bool fm_world_method_overestimates(const fm_world_method *method);
+
 typedef struct fm_world_desc {
     fm_shape shape;  // every axis 1 to 16384
     fm_field_format format;

@@ -5,7 +5,6 @@
 
 #include "fathom/io.h"
 #include "gpu/gpu.h"
-#include "render/trust.h"
 #include "world/brush.h"
 
 #include <math.h>
@@ -79,7 +78,8 @@ static fm_result make_picture(const fm_renderer *renderer, const fm_world *world
     push->pixels = desc->width | desc->height << 16;
     // Beams are those of FM_MARCH_SKIP, and end at the same voxels as it where the field is never too far. The difference is that
     // of the march alone.
-    picture->beams = desc->march == FM_MARCH_SKIP && desc->view != FM_VIEW_DIFFERENCE && !fm_may_be_too_far(&world->desc.method);
+    picture->beams =
+        desc->march == FM_MARCH_SKIP && desc->view != FM_VIEW_DIFFERENCE && !fm_world_method_overestimates(&world->desc.method);
     push->slice = desc->view == FM_VIEW_SLICE ? desc->slice_axis | (uint32_t)desc->slice_index << 2 : 0;
     return FM_OK;
 }

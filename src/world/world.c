@@ -171,6 +171,18 @@ void fm_world_info(const fm_world *world, fm_world_desc *desc) {
     }
 }
 
+// All methods but the published jump flooding are exact within a domain, and only a halo takes what it does not know for air.
+bool fm_world_method_overestimates(const fm_world_method *method) {
+    if (!method) {
+        return false;
+    }
+    const bool selective = method->algorithm == FM_WORLD_SELECTIVE;
+    const fm_world_algorithm far = selective ? method->far_algorithm : method->algorithm;
+    // SELECTIVE's EXACT stands for JFA_PUBLISHED there.
+    const bool floods = far == FM_WORLD_JFA_PUBLISHED || (selective && far == FM_WORLD_EXACT);
+    return floods || (method->chunk && method->border == FM_BORDER_HALO);
+}
+
 fm_result fm_world_set_method(fm_world *world, const fm_world_method *method) {
     if (!world || !method) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", world ? "method" : "world");
