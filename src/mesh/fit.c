@@ -6,23 +6,13 @@
 
 enum { MOST_VOXELS = 16384 };
 
-// The box of the triangles that take part; a unit box around the mesh when it has no extent.
-static void box_of(const fm_mesh *mesh, double low[3], double high[3]) {
+// The mesh's box; a unit box around the mesh when it has no extent.
+static void box_of(fm_mesh *mesh, double low[3], double high[3]) {
+    float least[3], most[3];
+    fm_mesh_bounds(mesh, least, most);
     for (int axis = 0; axis < 3; axis++) {
-        low[axis] = INFINITY;
-        high[axis] = -INFINITY;
-    }
-    for (uint64_t i = 0; i < mesh->triangle_count; i++) {
-        if (!fm_triangle_fits(mesh, i)) {
-            continue;
-        }
-        for (int corner = 0; corner < 3; corner++) {
-            const float *p = mesh->vertices[mesh->triangles[i][corner]];
-            for (int axis = 0; axis < 3; axis++) {
-                low[axis] = fmin(low[axis], (double)p[axis]);
-                high[axis] = fmax(high[axis], (double)p[axis]);
-            }
-        }
+        low[axis] = least[axis];
+        high[axis] = most[axis];
     }
     const bool none = low[0] > high[0];
     const bool point = !none && low[0] == high[0] && low[1] == high[1] && low[2] == high[2];

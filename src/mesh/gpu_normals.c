@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What is joined to what, on the device: from the host's topology once, for that stays. Normals follow the vertices, by a kernel.
+// What is joined to what, on the device: from the host's topology, again when that is made anew. Normals follow the vertices, by a
+// kernel.
 
 #include "mesh/gpu_tree.h"
 #include "mesh/topology.h"
@@ -85,7 +86,7 @@ static void fill(const fm_mesh *mesh, const content *c) {
     list_triangles(mesh, c);
 }
 
-static fm_result upload(struct fm_gpu_mesh *own, content *c) {
+static fm_result upload(struct fm_gpu_mesh *own, content *c, uint64_t edition) {
     FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_MESHES, c->bytes + 16 * fm_max_u64(c->at.position_count, 1), false, &own->joints));
     const fm_address base = fm_buffer_address(own->joints);
     fm_joints *at = (fm_joints *)(void *)c->memory;
@@ -103,19 +104,26 @@ static fm_result upload(struct fm_gpu_mesh *own, content *c) {
         own->joints = NULL;
     }
     own->positions = c->at.position_count;
+    own->joints_of = edition;
     return status;
 }
 
 fm_result fm_gpu_mesh_joints(fm_mesh *mesh) {
     struct fm_gpu_mesh *own = mesh->gpu;
-    if (own->joints) {
+    FM_TRY(fm_topology_prepare(mesh));
+    if (own->joints && own->joints_of == mesh->topology->edition) {
         return FM_OK;
     }
-    FM_TRY(fm_topology_prepare(mesh));
+    if (own->joints) {
+        FM_TRY(fm_gpu_wait(own->gpu, fm_gpu_newest(own->gpu)));
+        fm_buffer_destroy(own->joints);
+        own->joints = NULL;
+        own->normals_of = 0;
+    }
     content c;
     FM_TRY(lay_out(mesh, &c));
     fill(mesh, &c);
-    const fm_result status = upload(own, &c);
+    const fm_result status = upload(own, &c, mesh->topology->edition);
     fm_free(&mesh->context->allocator, c.memory, c.bytes);
     return status;
 }

@@ -95,12 +95,12 @@ fm_result fm_mesh_intersections(fm_mesh *mesh, uint64_t most, uint64_t *pairs) {
 }
 
 fm_result fm_mesh_intersects(fm_mesh *mesh, bool *intersects) {
-    if (!mesh->intersects_known || mesh->intersects_version != mesh->version) {
+    if (!mesh->intersects_known || mesh->intersects_version != mesh->host_version) {
         uint64_t pairs;
         FM_TRY(fm_mesh_intersections(mesh, 1, &pairs));
         mesh->intersects = pairs > 0;
         mesh->intersects_known = true;
-        mesh->intersects_version = mesh->version;
+        mesh->intersects_version = mesh->host_version;
     }
     *intersects = mesh->intersects;
     return FM_OK;

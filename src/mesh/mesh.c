@@ -148,6 +148,7 @@ fm_result fm_mesh_deform(fm_mesh *mesh, const float (*vertices)[3], fm_tree tree
         memmove(mesh->vertices, vertices, mesh->vertex_count * sizeof *mesh->vertices);
     }
     mesh->version++;
+    mesh->host_version++;
     if (tree == FM_TREE_REBUILD) {
         mesh->rebuild_version = mesh->version;
     }

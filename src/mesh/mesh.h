@@ -20,20 +20,28 @@ struct fm_mesh {
     uint32_t (*triangles)[3];
     uint64_t vertex_count, triangle_count;
     uint64_t version;          // rises whenever positions change
+    uint64_t host_version;     // rises whenever those in host memory do: a scene's move on the device alone
     uint64_t rebuild_version;  // a tree built for an earlier version is not refitted but built anew
     fm_topology *topology;
     fm_bvh *bvh;
     fm_winding *winding;
     fm_gpu_mesh *gpu;  // NULL on the CPU backend
-    // Whether two triangles intersect: worked out once for the positions of `intersects_version`.
+    // Whether two triangles intersect: worked out once for the positions of the `host_version` that is told.
     bool intersects_known, intersects;
     uint64_t intersects_version;
+    float low[3], high[3];  // fm_mesh_bounds, of the positions of `box_version`
+    uint64_t box_version;   // plus 1
 };
 
 // Host memory of meshes, counted as such; else as fm_alloc and fm_free. For the thread of the context.
 void *fm_mesh_alloc(fm_context *context, uint64_t bytes, const char *what);
 void *fm_mesh_alloc_zero(fm_context *context, uint64_t bytes, const char *what);
 void fm_mesh_free(fm_context *context, void *memory, uint64_t bytes);
+
+// A box that holds the triangles that take part, at their present positions, on the device too; there what a scene has moved may
+// leave some room in it. Low above high where there is none. Cheap: once a version a look at each triangle, or of a scene at each
+// object.
+void fm_mesh_bounds(fm_mesh *mesh, float low[3], float high[3]);
 
 // A coordinate whose square, and sums of such squares, a float can hold.
 static inline bool fm_coordinate_fits(float x) {

@@ -231,7 +231,9 @@ static fm_result move_all(fm_scene *scene, fm_tree tree, fm_ticket *ticket) {
     }
     mesh->rebuild_version = tree == FM_TREE_REBUILD ? mesh->version + 1 : mesh->rebuild_version;
     if (mesh->gpu) {
-        return fm_gpu_scene_update(scene, ticket);
+        FM_TRY(fm_gpu_scene_update(scene, ticket));
+        fm_scene_bound(scene);
+        return FM_OK;
     }
     for (uint64_t i = 0; i < scene->object_count; i++) {
         if (scene->objects[i].moved) {
@@ -239,6 +241,7 @@ static fm_result move_all(fm_scene *scene, fm_tree tree, fm_ticket *ticket) {
         }
     }
     mesh->version++;
+    mesh->host_version++;
     return FM_OK;
 }
 

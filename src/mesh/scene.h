@@ -11,8 +11,10 @@ typedef struct fm_scene_object {
     uint64_t first_triangle, triangle_count;
     uint64_t shape_version;  // from 1, rises whenever it is deformed
     fm_transform3 place;
-    bool moved;     // since the last update
-    bool deformed;  // likewise; then `moved` is set too
+    float low[3], high[3];  // of its triangles at rest, for the `shape_version` of `boxed`
+    uint64_t boxed;         // 0: not known
+    bool moved;             // since the last update
+    bool deformed;          // likewise; then `moved` is set too
 } fm_scene_object;
 
 typedef struct fm_gpu_scene fm_gpu_scene;
@@ -28,6 +30,9 @@ struct fm_scene {
     bool grown;         // objects were added since the last update
     fm_gpu_scene *gpu;  // gpu_scene.h's
 };
+
+// Sets what fm_mesh_bounds says of the scene's mesh, from where the objects are: for updates that the host's arrays do not follow.
+void fm_scene_bound(fm_scene *scene);
 
 // A place in a float each: ((x a + y b) + z c) + d.
 static inline void fm_transform3_point(const fm_transform3 *place, const float from[3], float to[3]) {

@@ -62,15 +62,15 @@ static fm_result resolve_sign(fm_mesh *mesh, fm_sign wanted, fm_sdf_info *info) 
         info->sign_why = "the mesh has triangles without area";
         return FM_OK;
     }
+    if (what.components > 1) {
+        info->sign_why = "the mesh has several parts, which may lie within each other";
+        return FM_OK;
+    }
     bool intersects;
     FM_TRY(fm_mesh_intersects(mesh, &intersects));
     if (intersects) {
         info->intersections = 1;
         info->sign_why = "the mesh intersects itself";
-        return FM_OK;
-    }
-    if (what.components > 1) {
-        info->sign_why = "the mesh has several parts, which may lie within each other";
         return FM_OK;
     }
     info->sign = FM_SIGN_PSEUDONORMAL;

@@ -266,13 +266,14 @@ static void scaled_normal(const fm_mesh *mesh, uint64_t triangle, double normal[
 
 // Box, area and volume; the latter seen from the middle of the box, so that a mesh far away loses nothing.
 static void measure(const fm_mesh *mesh, fm_mesh_info *info) {
+    info->degenerate = 0;
+    info->area = info->volume = 0;
     for (int axis = 0; axis < 3; axis++) {
         info->low[axis] = FLT_MAX;
         info->high[axis] = -FLT_MAX;
     }
     for (uint64_t i = 0; i < mesh->triangle_count; i++) {
         if (!fm_triangle_fits(mesh, i)) {
-            info->dropped++;
             continue;
         }
         const uint32_t *corners = mesh->triangles[i];
@@ -298,26 +299,50 @@ static void measure(const fm_mesh *mesh, fm_mesh_info *info) {
         }
         info->volume += dot(normal, corner) / 6;
     }
-    const bool whole = info->boundary == 0 && info->non_manifold == 0 && info->misoriented == 0;
-    info->closed = whole && mesh->triangle_count > info->dropped;
     info->volume = info->closed ? info->volume : 0;
 }
 
+static uint64_t dropped_words(const fm_mesh *mesh) {
+    return fm_div_up(mesh->triangle_count, 32);
+}
+
+static void note_dropped(const fm_mesh *mesh, fm_topology *topology) {
+    memset(topology->dropped, 0, dropped_words(mesh) * sizeof *topology->dropped);
+    for (uint64_t i = 0; i < mesh->triangle_count; i++) {
+        const bool fits = fm_triangle_fits(mesh, i);
+        topology->info.dropped += !fits;
+        topology->dropped[i / 32] |= (uint32_t)!fits << i % 32;
+    }
+}
+
+static bool drops_the_same(const fm_mesh *mesh, const fm_topology *topology) {
+    for (uint64_t i = 0; i < mesh->triangle_count; i++) {
+        if (fm_triangle_fits(mesh, i) == (topology->dropped[i / 32] >> i % 32 & 1)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static void fill(builder *b) {
-    b->topology->info.vertices = b->mesh->vertex_count;
-    b->topology->info.triangles = b->mesh->triangle_count;
+    fm_mesh_info *info = &b->topology->info;
+    info->vertices = b->mesh->vertex_count;
+    info->triangles = b->mesh->triangle_count;
+    note_dropped(b->mesh, b->topology);
     weld(b);
     count_duplicates(b);
     count_unused(b);
     count_components(b);
     join_edges(b);
-    measure(b->mesh, &b->topology->info);
+    const bool whole = info->boundary == 0 && info->non_manifold == 0 && info->misoriented == 0;
+    info->closed = whole && info->triangles > info->dropped;
 }
 
 static void free_topology(fm_context *context, const fm_mesh *mesh, fm_topology *topology) {
     if (!topology) {
         return;
     }
+    fm_mesh_free(context, topology->dropped, dropped_words(mesh) * sizeof *topology->dropped);
     fm_mesh_free(context, topology->distinct, mesh->vertex_count * sizeof *topology->distinct);
     fm_mesh_free(context, topology->across, mesh->triangle_count * sizeof *topology->across);
     fm_mesh_free(context, topology->corner_normals, topology->positions * sizeof *topology->corner_normals);
@@ -329,10 +354,8 @@ void fm_topology_destroy(fm_mesh *mesh) {
     mesh->topology = NULL;
 }
 
-fm_result fm_topology_prepare(fm_mesh *mesh) {
-    if (mesh->topology) {
-        return FM_OK;
-    }
+// Takes the place of what there was, which stays if memory runs out.
+static fm_result make(fm_mesh *mesh) {
     fm_context *context = mesh->context;
     const uint64_t vertices = mesh->vertex_count, triangles = mesh->triangle_count;
     fm_topology *topology = fm_mesh_alloc_zero(context, sizeof *topology, "a mesh's topology");
@@ -340,15 +363,19 @@ fm_result fm_topology_prepare(fm_mesh *mesh) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     builder b = {.mesh = mesh, .topology = topology, .slots = slots_for(fm_max_u64(vertices, triangles))};
+    topology->dropped = fm_mesh_alloc(context, dropped_words(mesh) * sizeof *topology->dropped, "a mesh's dropped triangles");
     topology->distinct = fm_mesh_alloc(context, vertices * sizeof *topology->distinct, "a mesh's positions");
     topology->across = fm_mesh_alloc(context, triangles * sizeof *topology->across, "a mesh's neighbours");
     b.table = fm_mesh_alloc(context, b.slots * sizeof *b.table, "a table of positions");
     b.parts = fm_mesh_alloc(context, vertices * sizeof *b.parts, "a mesh's parts");
     b.starts = fm_mesh_alloc(context, (vertices + 1) * sizeof *b.starts, "a mesh's edges");
     b.edges = fm_mesh_alloc(context, 3 * triangles * sizeof *b.edges, "a mesh's edges");
-    const bool good = topology->distinct && topology->across && b.table && b.parts && b.starts && b.edges;
+    const bool good = topology->dropped && topology->distinct && topology->across && b.table && b.parts && b.starts && b.edges;
     if (good) {
         fill(&b);
+        topology->edition = mesh->topology ? mesh->topology->edition + 1 : 1;
+        topology->checked_version = mesh->host_version;
+        fm_topology_destroy(mesh);
         mesh->topology = topology;
     } else {
         free_topology(context, mesh, topology);
@@ -360,11 +387,28 @@ fm_result fm_topology_prepare(fm_mesh *mesh) {
     return good ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }
 
+fm_result fm_topology_prepare(fm_mesh *mesh) {
+    fm_topology *topology = mesh->topology;
+    if (topology && topology->checked_version == mesh->host_version) {
+        return FM_OK;
+    }
+    if (!topology || !drops_the_same(mesh, topology)) {
+        return make(mesh);
+    }
+    topology->checked_version = mesh->host_version;
+    return FM_OK;
+}
+
 fm_result fm_mesh_describe(fm_mesh *mesh, fm_mesh_info *info) {
     if (!mesh || !info) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", mesh ? "info" : "mesh");
     }
     FM_TRY(fm_topology_prepare(mesh));
-    *info = mesh->topology->info;
+    fm_topology *topology = mesh->topology;
+    if (topology->measured_version != mesh->host_version + 1) {
+        measure(mesh, &topology->info);
+        topology->measured_version = mesh->host_version + 1;
+    }
+    *info = topology->info;
     return FM_OK;
 }

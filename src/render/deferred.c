@@ -200,15 +200,15 @@ static fm_result make_picture(const fm_deferred *deferred, const fm_deferred_des
     }
     fm_deferred_camera(deferred, picture);
     if (wants_mesh(desc)) {
-        fm_mesh_info info;
-        FM_TRY(fm_mesh_describe(desc->mesh, &info));
+        float low[3], high[3];
+        fm_mesh_bounds(desc->mesh, low, high);
         double size = 0;
         for (int i = 0; i < 3; i++) {
-            size = fmax(size, fmax(fabs((double)info.high[i]), fabs((double)info.low[i])));
+            size = fmax(size, fmax(fabs((double)high[i]), fabs((double)low[i])));
         }
         // Above what rounding makes of a hit's place: a few units in the last place.
-        scene->lift = info.low[0] <= info.high[0] ? (float)(1e-6 * size) : 0;
-        fm_deferred_cascades(picture, info.low, info.high);
+        scene->lift = low[0] <= high[0] ? (float)(1e-6 * size) : 0;
+        fm_deferred_cascades(picture, low, high);
     }
     return FM_OK;
 }
