@@ -20,7 +20,7 @@ static void tell_voxels(paint *p, const char *event) {
     }
 }
 
-// The one place where a frame waits for the device: the edit is where the cross-hair is now, and undo needs the voxels before it.
+// Waits for the device twice: the edit is where the cross-hair is now, and undo needs the voxels before it.
 static void edit(paint *p, bool erase) {
     const fm_render_desc desc = paint_picture_desc(p);
     paint_update(p);
@@ -42,6 +42,8 @@ static void edit(paint *p, bool erase) {
         log_event("edit %s %d %d %d radius %u", erase ? "delete" : "place", brush.from[0], brush.from[1], brush.from[2],
                   brush.radius);
         tell_voxels(p, erase ? "deleted" : "placed");
+    } else {
+        message_say(&p->readings.news, p->now, "nothing changes there");
     }
 }
 
@@ -85,6 +87,15 @@ static void name_screenshot(paint *p, char path[PAINT_PATH]) {
     } while (taken);
 }
 
+// Without the brush's preview, which is in the picture that the window shows.
+static bool read_bare(paint *p, uint8_t *pixels) {
+    const fm_render_desc desc = paint_picture_desc(p);
+    if (!p->active.meshes && p->settings.preview && fm_render(p->stage.renderer, p->stage.world, &desc, NULL) != FM_OK) {
+        return false;
+    }
+    return paint_read_picture(p, pixels) == FM_OK;
+}
+
 static void screenshot(paint *p) {
     const uint32_t width = p->readings.width, height = p->readings.height;
     uint8_t *pixels = malloc((size_t)width * height * 4);
@@ -92,7 +103,7 @@ static void screenshot(paint *p) {
     name_screenshot(p, path);
     if (!p->drawn || !pixels) {
         message_fail(&p->readings.news, p->now, "screenshot: %s", pixels ? "there is no picture" : "out of memory: free some");
-    } else if (paint_read_picture(p, pixels) == FM_OK && fm_image_write_png(path, width, height, 4, pixels) == FM_OK) {
+    } else if (read_bare(p, pixels) && fm_image_write_png(path, width, height, 4, pixels) == FM_OK) {
         message_say(&p->readings.news, p->now, "picture in %s", path);
         log_event("screenshot %s %u %u", path, width, height);
     } else {

@@ -20,6 +20,11 @@ void auto_free(auto_run *run) {
     run->frames = NULL;
 }
 
+void auto_pause(auto_run *run, double ms) {
+    run->begin_ms += ms;
+    run->paused_ms += ms;
+}
+
 bool auto_over(const auto_run *run, double now_ms) {
     return run->desc.frames ? run->count >= run->desc.frames : now_ms - run->begin_ms >= run->desc.seconds * 1e3;
 }
@@ -131,12 +136,22 @@ static void print_head(const auto_run *run, FILE *stream) {
     fprintf(stream, run->desc.interval_ms > 0 ? "every %g ms\n" : "a frame\n", run->desc.interval_ms);
 }
 
+static void print_notes(const auto_run *run, FILE *stream) {
+    if (run->paused_ms > 0) {
+        fprintf(stream, "hidden for %.1f s, which count for nothing here\n", run->paused_ms / 1e3);
+    }
+    if (run->by_clock) {
+        fprintf(stream, "march and field by the clock, around each call and a wait: no GPU, whose timestamps would tell\n");
+    }
+}
+
 int auto_finish(auto_run *run, FILE *stream) {
     double *values = calloc(run->count + 1, sizeof *values);
     if (!values) {
         return cli_fail("out of memory for the summary: free some");
     }
     print_head(run, stream);
+    print_notes(run, stream);
     fprintf(stream, "%-12s %8s %10s %10s   %24s %10s %10s %10s\n", "", "count", "mean", "sd", "95 % interval of mean", "median",
             "p99", "most");
     static const struct {

@@ -19,7 +19,7 @@ typedef struct auto_desc {
 } auto_desc;
 
 typedef struct auto_frame {
-    double start_ms;  // since the first frame
+    double start_ms;  // since the first frame, pauses left out
     double delta_ms;  // to the start of the next
     double field_ms, march_ms;
     uint32_t edits;
@@ -29,6 +29,8 @@ typedef struct auto_run {
     auto_desc desc;
     fm_shape shape;
     double begin_ms;
+    double paused_ms;
+    bool by_clock;     // what times are by, for the summary: not by timestamps
     uint64_t edits;    // so far
     auto_frame early;  // times of frames that are not recorded yet
     auto_frame *frames;
@@ -37,6 +39,8 @@ typedef struct auto_run {
 
 void auto_begin(auto_run *run, const auto_desc *desc, fm_shape shape, double now_ms);
 void auto_free(auto_run *run);
+// What follows is as if so much time had not passed. Between frames.
+void auto_pause(auto_run *run, double ms);
 // Whether what was asked for has been measured.
 bool auto_over(const auto_run *run, double now_ms);
 // The edits due, at most `capacity`; they are taken.

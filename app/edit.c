@@ -48,53 +48,82 @@ static bool box_of(const fm_world *world, const fm_brush *brush, fm_box *box, ui
     return true;
 }
 
-// Makes room for one more step of `bytes`. False when it cannot be remembered.
-static bool make_room(edit_history *h, uint64_t bytes) {
-    forget(h, h->at, h->count - h->at);
-    while (h->count > 0 && h->bytes + bytes > h->limit) {
-        forget(h, 0, 1);
-        h->at--;
-    }
-    if (h->bytes + bytes > h->limit) {
-        return false;
+// Memory for the voxels of one more step of `bytes` and for the step, or NULL when it cannot be remembered.
+static uint32_t *memory_for(edit_history *h, uint64_t bytes) {
+    if (bytes > h->limit) {
+        return NULL;
     }
     if (h->count == h->capacity) {
         const uint32_t capacity = h->capacity ? 2 * h->capacity : 64;
         edit_step *steps = realloc(h->steps, capacity * sizeof *steps);
         if (!steps) {
-            return false;
+            return NULL;
         }
         h->steps = steps;
         h->capacity = capacity;
     }
+    return malloc(bytes);
+}
+
+// The newest step; what was undone, and what is too old for the memory, is forgotten.
+static void remember(edit_history *h, const edit_step *step) {
+    forget(h, h->at, h->count - h->at);
+    uint32_t oldest = 0;
+    for (uint64_t bytes = h->bytes; bytes + step->bytes > h->limit; oldest++) {
+        bytes -= h->steps[oldest].bytes;
+    }
+    forget(h, 0, oldest);
+    h->steps[h->count++] = *step;
+    h->at = h->count;
+    h->bytes += step->bytes;
+}
+
+// Whether a sphere makes any voxel of its box another one.
+static bool makes_other(const edit_step *step) {
+    const fm_box *box = &step->box;
+    const int64_t radius = step->brush.radius;
+    const uint32_t *voxel = step->before;
+    for (int64_t z = box->begin[2] - step->brush.from[2]; z < box->end[2] - step->brush.from[2]; z++) {
+        for (int64_t y = box->begin[1] - step->brush.from[1]; y < box->end[1] - step->brush.from[1]; y++) {
+            for (int64_t x = box->begin[0] - step->brush.from[0]; x < box->end[0] - step->brush.from[0]; x++, voxel++) {
+                if (x * x + y * y + z * z <= radius * radius && *voxel != step->brush.voxel) {
+                    return true;
+                }
+            }
+        }
+    }
+    return false;
+}
+
+// An edit that cannot be taken back ends what could be before it.
+static bool apply_for_good(edit_history *h, fm_world *world, const fm_brush *brush) {
+    if (fm_world_edit(world, brush, 1) != FM_OK) {
+        return false;
+    }
+    forget(h, 0, h->count);
+    h->at = 0;
     return true;
 }
 
 bool edit_apply(edit_history *h, fm_world *world, const fm_brush *brush, bool *changes) {
     edit_step step = {.brush = *brush};
     uint64_t voxels;
-    const bool inside = box_of(world, brush, &step.box, &voxels);
-    if (changes) {
-        *changes = inside;
-    }
-    if (!inside) {
+    *changes = box_of(world, brush, &step.box, &voxels);
+    if (!*changes) {
         return true;
     }
     step.bytes = voxels * sizeof *step.before;
-    step.before = make_room(h, step.bytes) ? malloc(step.bytes) : NULL;
+    step.before = memory_for(h, step.bytes);
     if (!step.before) {
-        // An edit that cannot be taken back ends what could be before it.
-        forget(h, 0, h->count);
-        h->at = 0;
-        return fm_world_edit(world, brush, 1) == FM_OK;
+        return apply_for_good(h, world, brush);
     }
-    if (fm_world_read(world, &step.box, step.before) != FM_OK || fm_world_edit(world, brush, 1) != FM_OK) {
+    const bool read = fm_world_read(world, &step.box, step.before) == FM_OK;
+    *changes = read && makes_other(&step);
+    if (!*changes || fm_world_edit(world, brush, 1) != FM_OK) {
         free(step.before);
-        return false;
+        return read && !*changes;
     }
-    h->steps[h->count++] = step;
-    h->at = h->count;
-    h->bytes += step.bytes;
+    remember(h, &step);
     return true;
 }
 

@@ -26,8 +26,9 @@ typedef struct edit_history {
 void edit_clear(edit_history *h);
 
 // Queues a sphere for the next update, which must have nothing else to do: voxels are read as they are before. The only wait is
-// that for them. `changes` (NULL allowed) tells whether the sphere touches the world at all. False when the world refuses, which
-// fm_last_error explains.
+// that for them. `changes` tells whether the sphere changes any voxel, or, where too little memory is left to know, may change one;
+// else nothing is queued and nothing forgotten. False when the world refuses, which fm_last_error explains; the history is then as
+// it was.
 bool edit_apply(edit_history *h, fm_world *world, const fm_brush *brush, bool *changes);
 // The same holds. False when there is nothing to take back or do again (`failed` false) or the world refuses (`failed` true).
 bool edit_undo(edit_history *h, fm_world *world, bool *failed);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// A frame: input, edits, the world's update, the picture, the panel over it. Nothing here waits for what this frame or the one
-// before it asks of the device: times, answers and counts are taken when they are there.
+// A frame: input, edits, the world's update, the picture, the panel over it. It begins by waiting for the frame before the last;
+// times, answers and counts are taken when they are there. More waits are those of edits, files and screenshots in act.c, and where
+// operations are measured by the clock.
 #include "log.h"
 #include "paint.h"
 
@@ -60,10 +61,21 @@ static void automatic_edits(paint *p) {
     }
 }
 
+// What was asked for before is not part of what is measured by the clock.
+static void begin_measure(paint *p) {
+    if (p->measure.by_clock) {
+        if (!present_quiet(&p->present)) {
+            paint_end_failed(p);
+        }
+        measure_begin(&p->measure);
+    }
+}
+
 void paint_update(paint *p) {
     fm_ticket ticket;
     bool works;
     stage_focus(&p->stage, &p->active, &p->camera);
+    begin_measure(p);
     if (!stage_update(&p->stage, p->edited, &ticket, &works)) {
         paint_failed(p, "update");
     } else if (works) {
@@ -202,17 +214,20 @@ static bool draw_voxels(paint *p, uint32_t width, fm_ticket *ticket) {
     const fm_brush brush = edit_brush(pick->voxel, pick->face, p->settings.radius, paint_colors[p->settings.color], false);
     desc.preview = p->settings.preview && pick->hit && !p->readings.automatic ? &brush : NULL;
     desc.width = width;
+    begin_measure(p);
     return fm_render(p->stage.renderer, p->stage.world, &desc, ticket) == FM_OK;
 }
 
 static bool draw_meshes(paint *p, uint32_t width, fm_ticket *ticket) {
     const paint_mesh_settings *m = &p->settings.mesh;
     bool works;
+    begin_measure(p);
     if (!moving_update(&p->moving, m, p->moved, &works)) {
         return false;
     }
     if (works) {
         measure_expect(&p->measure, p->context, MEASURE_FIELD, p->run.count, p->moving.field_ticket);
+        begin_measure(p);
     }
     const bool good = moving_draw(&p->moving, m, &p->camera, width, p->readings.height);
     *ticket = p->moving.picture_ticket;
@@ -257,6 +272,7 @@ static void record(paint *p) {
         p->begun = true;
         measure_forget(&p->measure);
         auto_begin(&p->run, &p->options->benchmark, paint_shape(p), p->now * 1e3);
+        p->run.by_clock = p->measure.by_clock;
         return;
     }
     const auto_frame frame = {.start_ms = p->last * 1e3 - p->run.begin_ms, .delta_ms = (p->now - p->last) * 1e3, .edits = p->edits};
@@ -269,9 +285,15 @@ static void record(paint *p) {
 // Whether there is nothing to draw on.
 static bool is_hidden(paint *p) {
     const bool hidden = window_hidden(&p->window);
+    if (p->hidden) {
+        auto_pause(&p->run, (p->now - p->last) * 1e3);
+    }
     if (hidden != p->hidden) {
         log_event(hidden ? "hidden" : "shown");
         p->drawn = false;
+        if (hidden && p->readings.automatic) {
+            fprintf(stderr, "fathom: the benchmark waits while its window is hidden\n");
+        }
     }
     p->hidden = hidden;
     return hidden;
@@ -315,12 +337,11 @@ void paint_frame(paint *p) {
         p->present.stale = true;
         p->window.resized = false;
     }
+    record(p);
     if (is_hidden(p)) {
         p->last = p->now;
-        p->over = p->over || (p->readings.automatic && auto_over(&p->run, p->now * 1e3));
         return;
     }
-    record(p);
     p->over = p->over || (p->begun && auto_over(&p->run, p->now * 1e3));
     paint_collect(p, false);
     collect_aim(p);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "measure.h"
 
+#include "words.h"
+
 enum { MAX_PASSES = 128 };
 
 bool measure_ticket(fm_context *context, fm_ticket ticket, double *milliseconds) {
@@ -16,6 +18,20 @@ bool measure_ticket(fm_context *context, fm_ticket ticket, double *milliseconds)
     return count > 0;
 }
 
+void measure_begin(measure *m) {
+    m->begun_ms = fm_now_ms();
+}
+
+// Whether its time is known at once.
+static bool time_now(const measure *m, fm_context *context, fm_ticket ticket, double *milliseconds) {
+    if (!m->by_clock) {
+        return measure_ticket(context, ticket, milliseconds);
+    }
+    const bool good = fm_wait(context, ticket) == FM_OK;
+    *milliseconds = fm_now_ms() - m->begun_ms;
+    return good;
+}
+
 void measure_forget(measure *m) {
     m->count = 0;
 }
@@ -29,8 +45,8 @@ void measure_expect(measure *m, fm_context *context, measure_kind kind, uint64_t
     m->waiting[i].what = (measured){.kind = kind, .frame = frame};
     m->waiting[i].ticket = ticket;
     // The CPU is done, and will know the times of its newest operation only.
-    m->waiting[i].known = fm_context_backend(context) == FM_BACKEND_CPU;
-    if (m->waiting[i].known && !measure_ticket(context, ticket, &m->waiting[i].what.milliseconds)) {
+    m->waiting[i].known = m->by_clock || fm_context_backend(context) == FM_BACKEND_CPU;
+    if (m->waiting[i].known && !time_now(m, context, ticket, &m->waiting[i].what.milliseconds)) {
         m->count--;
     }
 }

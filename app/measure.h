@@ -2,7 +2,7 @@
 #ifndef FM_APP_MEASURE_H
 #define FM_APP_MEASURE_H
 
-// What operations take, by the times of their passes, had without waiting for them.
+// What operations take: by the times of their passes, had without waiting for them, or by the clock.
 
 #include "fathom/fathom.h"
 
@@ -23,9 +23,15 @@ typedef struct measure {
         bool known;
     } waiting[MEASURE_IN_FLIGHT];
     uint32_t first, count;
+    // Set where timestamps cannot be believed: Mesa's software driver takes them before the work where graphics shares the queue.
+    bool by_clock;
+    double begun_ms;  // ... by that clock
 } measure;
 
-// An operation has just been asked for. Of more than MEASURE_IN_FLIGHT the oldest are forgotten.
+// Measured by the clock, what is expected next begins now.
+void measure_begin(measure *m);
+
+// An operation has just been asked for; by the clock, it is waited for. Of more than MEASURE_IN_FLIGHT the oldest are forgotten.
 void measure_expect(measure *m, fm_context *context, measure_kind kind, uint64_t frame, fm_ticket ticket);
 // The oldest one that is complete, each once. `wait`: waits for the oldest. False when there is none.
 bool measure_next(measure *m, fm_context *context, bool wait, measured *result);

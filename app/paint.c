@@ -39,6 +39,7 @@ static bool open_context(paint *p) {
     p->timeline = (VkSemaphore)timeline;
     fm_context_device(p->context, &p->readings.device);
     p->readings.backend = fm_context_backend(p->context);
+    p->measure.by_clock = p->readings.device.kind == FM_DEVICE_SOFTWARE;
     if (!cpu && p->gpu.info.kind == FM_DEVICE_SOFTWARE) {
         fprintf(stderr, "fathom: no GPU: %s computes on the processor, so the world is small and frames are slow\n",
                 p->gpu.info.name);

@@ -62,7 +62,7 @@ typedef struct paint {
 void paint_frame(paint *p);
 // What is known of the operations in flight; `wait`: of all of them.
 void paint_collect(paint *p, bool wait);
-// Carries out what is queued, without waiting for it.
+// Carries out what is queued, waiting for it only where it is measured by the clock.
 void paint_update(paint *p);
 // The picture that is chosen, without a brush.
 fm_render_desc paint_picture_desc(const paint *p);

@@ -75,9 +75,13 @@ bool present_idle(present *p) {
     return GPU_GOOD(vkWaitForFences(p->gpu->device, PRESENT_FRAMES, fences, VK_TRUE, UINT64_MAX));
 }
 
+bool present_quiet(present *p) {
+    return GPU_GOOD(vkQueueWaitIdle(p->gpu->queue));
+}
+
 static bool fit(present *p) {
     p->stale = false;
-    return GPU_GOOD(vkQueueWaitIdle(p->gpu->queue)) && swapchain_fit(&p->chain, p->gpu, p->window, p->vsync);
+    return present_quiet(p) && swapchain_fit(&p->chain, p->gpu, p->window, p->vsync);
 }
 
 bool present_wait(present *p) {
@@ -145,7 +149,7 @@ static bool fit_canvas(present *p, uint32_t width, uint32_t height) {
     if (p->width == width && p->height == height) {
         return true;
     }
-    if (!GPU_GOOD(vkQueueWaitIdle(g->queue))) {
+    if (!present_quiet(p)) {
         return false;
     }
     free_canvas(p);

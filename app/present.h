@@ -62,6 +62,9 @@ bool present_end(present *p, const present_picture *picture);
 // Waits until no frame is in flight.
 bool present_idle(present *p);
 
+// Waits until the queue has nothing left to do, be it of a frame or of the library.
+bool present_quiet(present *p);
+
 // Runs commands at once and waits.
 bool present_once(present *p, bool (*record)(void *user, VkCommandBuffer commands), void *user);
 

@@ -160,20 +160,35 @@ settle
 [ "$(value '^aim' 2)" = 1 ] || bad "nothing is ahead of pictures that are mended"
 end_program
 
-# A minimised benchmark ends too, and the table of one that cannot be written is told of before it begins.
-start_program --size 32 --pixels 4 --auto-edit 5 --seconds 5 --csv late.csv --backend "${APP_BACKEND:-vulkan}"
+# The clock of a benchmark stands still while it is minimised: less than 1.5 of its 4 seconds would be left otherwise.
+start_program --size 32 --pixels 4 --auto-edit 5 --seconds 4 --csv late.csv --backend "${APP_BACKEND:-vulkan}"
+now
 xdotool windowminimize "$window"
 expect "minimising" '^hidden$'
+sleep 2.5
+now
+xdotool windowmap "$window"
+expect "the benchmark's window again" '^shown$'
 wait_end
-[ -s "$work/late.csv" ] || bad "the minimised benchmark leaves no table"
+shown=$(awk -F, 'NR > 1 { ms += $3 } END { print (ms > 2200) }' "$work/late.csv")
+[ "$shown" = 1 ] || bad "a benchmark that was minimised has no frames for its time: $(cat "$work/said")"
+grep -q '^hidden for [2-9][.0-9]* s, ' "$work/said" || bad "the time that a benchmark was minimised: $(cat "$work/said")"
+# The table of one that cannot be written is told of before it begins.
 "$paint" --size 32 --auto-edit 5 --seconds 1000 --csv "$work/no/such/file.csv" >"$work/said" 2>&1 && bad "a table in no directory is taken"
 grep -q 'no/such/file.csv' "$work/said" || bad "a table in no directory: $(cat "$work/said")"
 
 # The benchmark in a window ends by itself.
 : >"$log"
-(cd "$work" && exec "$paint" --log "$log" --validation --size 32 --pixels 4 --auto-edit 5 --interval 0 --frames 20 --csv frames.csv \
+(cd "$work" && exec "$paint" --log "$log" --validation --size 32 --pixels 2 --shadow soft --no-vsync --auto-edit 5 --interval 0 --frames 20 --csv frames.csv \
     --backend "${APP_BACKEND:-vulkan}") >"$work/said" 2>&1 || bad "the benchmark: $(cat "$work/said")"
 grep -q '^20 frames, 20 edits, seed 5, an edit a frame$' "$work/said" || bad "the summary: $(cat "$work/said")"
 [ "$(wc -l <"$work/frames.csv")" = 21 ] || bad "the table of 20 frames has $(wc -l <"$work/frames.csv") lines"
 grep -q '^quit validation 0$' "$log" || bad "validation messages: $(grep -m 3 validation "$work/said")"
+# Field and picture are within their frame, and by the clock, where the picture is made by the processor too, no small part of it.
+told=$(awk -F, 'NR > 1 { frame += $3; work += $5 + $6; over += $5 + $6 > $3 } END { print (over == 0) (work > frame / 10), work, frame }' "$work/frames.csv")
+case $told in
+11*) ;;
+10*) grep -q '^march and field by the clock' "$work/said" && bad "of the frames' time field and picture have too little: $told" ;;
+*) bad "field and picture take longer than their frames: $told" ;;
+esac
 finish

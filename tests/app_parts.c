@@ -75,10 +75,40 @@ static void test_undo(fm_context *context, uint64_t limit, uint32_t steps) {
         CHECK(edit_apply(&h, world, &beside, &changes) && !changes && h.count == steps);
         const fm_brush last = brush_at(0);
         CHECK(steps == 0 || edit_undo(&h, world, &failed));
-        CHECK(edit_apply(&h, world, &last, NULL) && h.at == h.count && h.bytes <= limit);
+        CHECK(edit_apply(&h, world, &last, &changes) && changes && h.at == h.count && h.bytes <= limit);
     }
     edit_clear(&h);
     CHECK(h.count == 0 && h.bytes == 0 && h.limit == limit);
+    fm_world_destroy(world);
+}
+
+// Neither an edit that changes no voxel nor one that the world refuses is a step or ends one.
+static void test_undo_kept(fm_context *context) {
+    const fm_world_desc desc = {.shape = {EDGE, EDGE, EDGE}};
+    fm_world *world = NULL;
+    static uint32_t before[VOXELS], after[VOXELS];
+    const fm_brush first = brush_at(0), second = brush_at(1);
+    fm_brush wrong = brush_at(2), smaller = first;
+    edit_history h = {.limit = bytes_of(0) + bytes_of(1)};
+    bool changes, failed;
+    wrong.kind = (fm_brush_kind)99;
+    smaller.radius--;
+    if (CHECK_OK(fm_world_create(context, &desc, &world))) {
+        CHECK(edit_apply(&h, world, &first, &changes) && changes && read_all(world, before));
+        CHECK(edit_apply(&h, world, &second, &changes) && changes && read_all(world, after));
+        // The oldest step would have to go for it.
+        CHECK(!edit_apply(&h, world, &wrong, &changes) && h.count == 2 && h.at == 2);
+        CHECK(edit_undo(&h, world, &failed) && read_all(world, after) && memcmp(before, after, sizeof before) == 0);
+        CHECK(!edit_apply(&h, world, &wrong, &changes) && h.count == 2 && h.at == 1);
+        CHECK(edit_apply(&h, world, &smaller, &changes) && !changes && h.count == 2 && h.at == 1);
+        CHECK(edit_apply(&h, world, &first, &changes) && !changes && h.count == 2 && h.at == 1);
+        CHECK(read_all(world, after) && memcmp(before, after, sizeof before) == 0);
+        h.limit = 0;
+        CHECK(!edit_apply(&h, world, &wrong, &changes) && h.count == 2 && h.at == 1);
+        h.limit = bytes_of(0) + bytes_of(1);
+        CHECK(edit_redo(&h, world, &failed));
+    }
+    edit_clear(&h);
     fm_world_destroy(world);
 }
 
@@ -275,6 +305,7 @@ int main(void) {
     fm_context *context = NULL;
     if (CHECK_OK(fm_context_create(&desc, &context))) {
         test_undo(context, UINT64_MAX / 2, EDITS);
+        test_undo_kept(context);
         test_undo_bound(context, 5);
         test_undo_bound(context, 1);
         test_undo_bound(context, 0);

@@ -508,7 +508,7 @@ void show_device(const readings *r) {
     if (r->backend == FM_BACKEND_CPU) {
         ImGui::TextColored(warning, "Native CPU backend: no GPU computes");
     } else if (r->device.kind == FM_DEVICE_SOFTWARE) {
-        ImGui::TextColored(warning, "No GPU: software Vulkan on the CPU");
+        ImGui::TextColored(warning, "No GPU: software Vulkan on the CPU, timed by the clock");
     }
     ImGui::PushTextWrapPos(0);
     ImGui::TextColored(quiet, "%s", r->device.name);
