@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 // fathom render: pictures and films of a world.
 
-#include "render.h"
 #include "cli.h"
 #include "commands.h"
 #include "files.h"

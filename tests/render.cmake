@@ -8,7 +8,8 @@ if(FATHOM_VULKAN)
     # As in a world of more than 2^32 voxels.
     add_test(NAME render_views_large COMMAND test_render_views --backend vulkan WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
     set_property(TEST render_views_large PROPERTY ENVIRONMENT FATHOM_LARGE=1)
-    set_tests_properties(render_march_vulkan render_deferred_vulkan render_views_vulkan render_views_large PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
+    set_tests_properties(render_march_vulkan render_deferred_vulkan render_views_vulkan render_views_large
+                         PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600)
 endif()
 if(TARGET fathom_cli)
     fathom_script_test(cli_render cli_render.sh $<TARGET_FILE:fathom_cli>)
