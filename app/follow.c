@@ -28,12 +28,13 @@ void paint_log_settings(paint *p) {
     const paint_settings *s = &p->settings;
     const fm_world_method *m = &s->method;
     log_event("settings scene=%s size=%ux%ux%u format=%s algorithm=%s chunk=%u border=%s convergence=%s focus=%u march=%s view=%s "
-              "shadow=%s occlusion=%d across=%c slice=%d pixels=%u vsync=%d preview=%d crosshair=%d radius=%u color=%s %s file=%s",
-              paint_scene_name(s->scene), s->shape.x, s->shape.y, s->shape.z, fm_field_format_words[s->format],
+              "shadow=%s occlusion=%d across=%c slice=%d pixels=%u vsync=%d preview=%d crosshair=%d radius=%u color=%s speed=%.1f "
+              "%s file=%s",
+              paint_world_name(s), s->shape.x, s->shape.y, s->shape.z, fm_field_format_words[s->format],
               fm_world_algorithm_words[m->algorithm], m->chunk, fm_world_border_words[m->border],
               fm_world_convergence_words[m->convergence], m->focus_chunks, fm_march_words[s->march], fm_view_words[s->view],
               fm_shadow_words[s->shadow], s->ambient_occlusion, "xyz"[s->slice_axis], s -> slice_index, s -> scale, s -> vsync,
-              s -> preview, s -> crosshair, s -> radius, paint_color_words[s->color], mesh_words(s), s -> path);
+              s -> preview, s -> crosshair, s -> radius, paint_color_words[s->color], (double)s -> speed, mesh_words(s), s -> path);
 }
 
 void paint_world_changed(paint *p, const char *event) {
@@ -50,6 +51,14 @@ void paint_world_changed(paint *p, const char *event) {
     if (log_wanted() && stage_count(&p->stage, &solid, &hash)) {
         log_event("%s solid %" PRIu64 " hash %016" PRIx64, event, solid, hash);
     }
+}
+
+// What the stage shows stays.
+static void keep_world(paint_settings *s, const paint_settings *shown) {
+    s->scene = shown->scene;
+    s->shape = shown->shape;
+    s->scene_shape = shown->scene_shape;
+    memcpy(s->loaded, shown->loaded, sizeof s->loaded);
 }
 
 void paint_ask_slow(paint *p, bool load) {
@@ -69,14 +78,14 @@ void paint_do_slow(paint *p) {
     if (!present_idle(&p->present)) {
         paint_end_failed(p);
     } else if (load ? stage_load(&p->stage, &p->settings, p->settings.path) : stage_build(&p->stage, &p->settings)) {
-        message_say(&p->readings.news, p->now, load ? "loaded %s" : "made %s",
-                    load ? p->settings.path : paint_scene_name(p->settings.scene));
+        message_say(&p->readings.news, p->now, "%s %s%s", load ? "loaded" : "made",
+                    load ? p->settings.path : paint_scene_name(p->settings.scene),
+                    p->history.count > 0 ? "; undo history cleared" : "");
         paint_world_changed(p, load ? "loaded" : "made");
         p->settings.meshes = p->settings.meshes && !first;
     } else {
         paint_failed(p, load ? "load" : "new world");
-        p->settings.scene = p->active.scene;
-        p->settings.shape = p->active.shape;
+        keep_world(&p->settings, &p->active);
     }
 }
 
@@ -160,8 +169,7 @@ void paint_follow(paint *p) {
     // Scene and shape are the stage's once the world has been made.
     const paint_settings before = p->active;
     p->active = *s;
-    p->active.scene = before.scene;
-    p->active.shape = before.shape;
+    keep_world(&p->active, &before);
     if (log_wanted() && memcmp(&p->logged, s, sizeof p->logged) != 0) {
         paint_log_settings(p);
     }

@@ -14,13 +14,16 @@ bool gpu_good(VkResult result, const char *call) {
     return result == VK_SUCCESS;
 }
 
-uint32_t gpu_memory_type(const gpu *g, uint32_t bits, VkMemoryPropertyFlags wanted) {
+bool gpu_allocate(const gpu *g, const VkMemoryRequirements *needs, VkMemoryPropertyFlags wanted, VkDeviceMemory *memory) {
     for (uint32_t i = 0; i < g->memory.memoryTypeCount; i++) {
-        if ((bits >> i & 1) && (g->memory.memoryTypes[i].propertyFlags & wanted) == wanted) {
-            return i;
+        if ((needs->memoryTypeBits >> i & 1) && (g->memory.memoryTypes[i].propertyFlags & wanted) == wanted) {
+            const VkMemoryAllocateInfo info = {
+                .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = needs->size, .memoryTypeIndex = i};
+            return GPU_GOOD(vkAllocateMemory(g->device, &info, NULL, memory));
         }
     }
-    return UINT32_MAX;
+    fprintf(stderr, "fathom: the device has no memory with properties 0x%x for a picture\n", wanted);
+    return false;
 }
 
 static VKAPI_ATTR VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT severity,

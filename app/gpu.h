@@ -40,7 +40,7 @@ fm_vulkan_device gpu_adoptable(const gpu *g);
 bool gpu_good(VkResult result, const char *call);
 #define GPU_GOOD(call) gpu_good((call), #call)
 
-// A type of memory that `bits` allow with all of `wanted`; UINT32_MAX when there is none.
-uint32_t gpu_memory_type(const gpu *g, uint32_t bits, VkMemoryPropertyFlags wanted);
+// stderr is told why there is none.
+bool gpu_allocate(const gpu *g, const VkMemoryRequirements *needs, VkMemoryPropertyFlags wanted, VkDeviceMemory *memory);
 
 #endif

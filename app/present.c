@@ -130,12 +130,7 @@ void *present_staging(present *p, uint32_t width, uint32_t height) {
     }
     VkMemoryRequirements needs;
     vkGetBufferMemoryRequirements(g->device, f->staging, &needs);
-    const VkMemoryAllocateInfo allocate = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
-        .allocationSize = needs.size,
-        .memoryTypeIndex =
-            gpu_memory_type(g, needs.memoryTypeBits, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT)};
-    if (!GPU_GOOD(vkAllocateMemory(g->device, &allocate, NULL, &f->staging_memory)) ||
+    if (!gpu_allocate(g, &needs, VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT, &f->staging_memory) ||
         !GPU_GOOD(vkBindBufferMemory(g->device, f->staging, f->staging_memory, 0)) ||
         !GPU_GOOD(vkMapMemory(g->device, f->staging_memory, 0, VK_WHOLE_SIZE, 0, &f->mapped))) {
         return NULL;
@@ -166,10 +161,7 @@ static bool fit_canvas(present *p, uint32_t width, uint32_t height) {
     }
     VkMemoryRequirements needs;
     vkGetImageMemoryRequirements(g->device, p->canvas, &needs);
-    uint32_t type = gpu_memory_type(g, needs.memoryTypeBits, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT);
-    const VkMemoryAllocateInfo allocate = {
-        .sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO, .allocationSize = needs.size, .memoryTypeIndex = type};
-    if (!GPU_GOOD(vkAllocateMemory(g->device, &allocate, NULL, &p->canvas_memory)) ||
+    if (!gpu_allocate(g, &needs, VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT, &p->canvas_memory) ||
         !GPU_GOOD(vkBindImageMemory(g->device, p->canvas, p->canvas_memory, 0))) {
         return false;
     }

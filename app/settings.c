@@ -5,6 +5,8 @@
 #include "world.h"
 
 #include <stddef.h>
+#include <stdio.h>
+#include <string.h>
 
 const uint8_t paint_colors[PAINT_COLORS] = {0xff, 0xe0, 0xf0, 0xfc, 0x1c, 0x1f, 0x03, 0xe3, 0x6d};
 
@@ -21,6 +23,29 @@ uint32_t paint_scene_count(void) {
 const char *paint_scene_name(uint32_t scene) {
     const fm_scene *found = fm_scene_at(scene);
     return found ? fm_scene_name(found) : "air";
+}
+
+const char *paint_world_name(const paint_settings *settings) {
+    const char *directory = strrchr(settings->loaded, '/');
+    return !settings->loaded[0] ? paint_scene_name(settings->scene) : directory ? directory + 1 : settings->loaded;
+}
+
+void paint_choose_scene(paint_settings *settings, uint32_t scene) {
+    settings->scene = scene;
+    if (settings->loaded[0]) {
+        settings->shape = settings->scene_shape;
+        memset(settings->loaded, 0, sizeof settings->loaded);
+    }
+}
+
+void paint_choose_file(paint_settings *settings, const char *path, fm_shape shape) {
+    if (!settings->loaded[0]) {
+        settings->scene_shape = settings->shape;
+    }
+    // Settings are compared as memory.
+    memset(settings->loaded, 0, sizeof settings->loaded);
+    snprintf(settings->loaded, sizeof settings->loaded, "%s", path);
+    settings->shape = shape;
 }
 
 bool paint_may_be_wrong(const fm_world_method *chosen) {

@@ -49,8 +49,10 @@ typedef struct paint_mesh_settings {
 typedef struct paint_settings {
     bool meshes;  // and not voxels; what follows but for `scale`, `vsync` and `speed` is of voxels
     paint_mesh_settings mesh;
-    uint32_t scene;  // number of fm_scene_at; the one past the last is air
+    uint32_t scene;           // number of fm_scene_at; the one past the last is air
+    char loaded[PAINT_PATH];  // the file whose voxels stand in its place; empty: none
     fm_shape shape;
+    fm_shape scene_shape;  // what scenes are to have again after a file
     uint64_t scene_seed;
     fm_field_format format;
     uint32_t max_distance;   // FM_FIELD_SQUARED_U32; 0: none
@@ -81,6 +83,12 @@ const char *paint_shadow_truth(const paint_mesh_settings *settings, bool *exact)
 
 uint32_t paint_scene_count(void);  // without air
 const char *paint_scene_name(uint32_t scene);
+// The scene's name, or that of the file without its directory.
+const char *paint_world_name(const paint_settings *settings);
+// Changes scene or shape by what was chosen; a file's voxels and shape go.
+void paint_choose_scene(paint_settings *settings, uint32_t scene);
+// A file's voxels and shape come.
+void paint_choose_file(paint_settings *settings, const char *path, fm_shape shape);
 
 // Whether a ray that trusts the field of this method may pass through solid voxels.
 bool paint_may_be_wrong(const fm_world_method *method);

@@ -68,7 +68,7 @@ bool stage_load(stage *s, paint_settings *settings, const char *path) {
     next.shape = info.shape;
     const bool good = replace(s, &next, volume);
     if (good) {
-        settings->shape = info.shape;
+        paint_choose_file(settings, path, info.shape);
     }
     fm_volume_destroy(volume);
     return good;

@@ -23,7 +23,7 @@ void stage_close(stage *s);
 
 // A new world, filled with the settings' scene.
 bool stage_build(stage *s, const paint_settings *settings);
-// A new world of a file's voxels and shape. Changes `settings->shape`.
+// A new world of a file's voxels and shape. Changes shape and file of `settings`.
 bool stage_load(stage *s, paint_settings *settings, const char *path);
 // The same voxels in a world of another format.
 bool stage_reformat(stage *s, const paint_settings *settings);

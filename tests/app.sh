@@ -107,6 +107,7 @@ count=$solid
 press load
 voxels loaded
 [ "$solid" = "$count" ] || bad "world.vox brings $solid solid voxels back, not $count"
+expect "the file in the place of the scene" '^settings scene=world.vox size=32x32x32 '
 name_file no/such/file.vox
 press load
 expect "a file that is not there" '^failed load: no/such/file.vox'

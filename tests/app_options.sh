@@ -19,7 +19,6 @@ expect "the size" '^settings .*size=32x32x32 '
 first_hash=$hash
 for scene in city sparse empty air terrain; do
     open_list scene air
-    grep -q "^widget scene/$scene " "$log" || continue
     press "scene/$scene"
     voxels made
     case $scene in
@@ -96,6 +95,12 @@ for color in red grey white; do
 done
 press radius
 expect "the radius" '^settings .*radius='
+was=$(grep '^settings' "$log" | tail -n 1 | sed 's/.* speed=\([0-9.]*\) .*/\1/')
+press speed
+expect "the speed" '^settings .* speed='
+case $line in
+*" speed=$was "*) bad "the speed stays at $was" ;;
+esac
 grep -v -e '^failed algorithm: ' "$log" | grep '^failed' && bad "something failed that should not"
 
 press quit

@@ -154,7 +154,24 @@ void draw_values(ImDrawList *list, const readings_graph &graph, const ImVec2 &at
     }
 }
 
-// The newest value and the mean above the curve, all values' range when the mouse is over it.
+void number_text(double value, char text[24]) {
+    snprintf(text, 24, value >= 100 ? "%.0f" : value >= 10 ? "%.1f" : value >= 1 ? "%.2f" : "%.3g", value);
+}
+
+// The newest value and, where there is room, the mean.
+void title_text(const graph_look &look, double newest, double mean, float room, char text[96]) {
+    char shown[24], usual[24];
+    const bool seconds = strcmp(look.unit, "ms") == 0 && fmax(newest, mean) >= 1000;
+    const char *unit = seconds ? "s" : look.unit;
+    number_text(seconds ? newest / 1000 : newest, shown);
+    number_text(seconds ? mean / 1000 : mean, usual);
+    snprintf(text, 96, "%s %s, mean %s %s", look.title, shown, usual, unit);
+    if (ImGui::CalcTextSize(text).x > room) {
+        snprintf(text, 96, "%s %s %s", look.title, shown, unit);
+    }
+}
+
+// Newest value and mean above the curve, all values' range when the mouse is over it.
 void draw_graph(const graph_look &look, const readings_graph &graph) {
     ImGui::TableNextColumn();
     const float line = ImGui::GetFontSize();
@@ -178,11 +195,14 @@ void draw_graph(const graph_look &look, const readings_graph &graph) {
     }
     const double newest = static_cast<double>(graph.values[(graph.next + READINGS_GRAPH - 1) % READINGS_GRAPH]);
     char text[96];
-    snprintf(text, sizeof text, graph.count ? "%s %.3g, mean %.3g %s" : "%s -", look.title, newest, sum / fmax(graph.count, 1),
-             look.unit);
+    if (graph.count) {
+        title_text(look, newest, sum / graph.count, size.x - 8, text);
+    } else {
+        snprintf(text, sizeof text, "%s -", look.title);
+    }
     list->AddText(ImVec2(at.x + 4, at.y + 1), ImGui::GetColorU32(ImGuiCol_Text), text);
     char scale[32];
-    snprintf(scale, sizeof scale, "%g", static_cast<double>(top));
+    snprintf(scale, sizeof scale, top >= 1 ? "%.0f %s" : "%g %s", static_cast<double>(top), look.unit);
     list->AddText(ImVec2(end.x - ImGui::CalcTextSize(scale).x - 3, high.y), IM_COL32(255, 255, 255, 110), scale);
     if (ImGui::IsItemHovered() && graph.count) {
         ImGui::SetTooltip("%s: newest %.4g, mean %.4g, most %.4g %s of the last %u", look.title, newest, sum / graph.count, most,
@@ -310,17 +330,42 @@ bool choose_size(paint_settings *s) {
     return changed;
 }
 
+bool choose_scene(paint_settings *s, const char *const *scenes) {
+    bool changed = false;
+    if (begin_list("scene", paint_world_name(s))) {
+        for (uint32_t i = 0; scenes[i]; i++) {
+            const bool shown = !s->loaded[0] && i == s->scene;
+            if (ImGui::Selectable(scenes[i], shown)) {
+                paint_choose_scene(s, i);
+                changed = changed || !shown;
+            }
+            note_choice("scene", scenes[i]);
+        }
+        ImGui::EndCombo();
+    }
+    return changed;
+}
+
 void show_world(paint_settings *s, gui_request *request) {
     const char *scenes[32] = {};
     const uint32_t count = paint_scene_count();
     for (uint32_t i = 0; i <= count && i < 31; i++) {
         scenes[i] = paint_scene_name(i);
     }
-    if (begin_pair()) {
+    // What a file has may need the whole width.
+    const bool wide = s->loaded[0] || s->shape.x != s->shape.y || s->shape.y != s->shape.z;
+    const bool pair = !wide && begin_pair();
+    if (pair) {
         ImGui::TableNextColumn();
-        request->rebuild |= choose_enum("scene", scenes, &s->scene);
+    }
+    request->rebuild |= choose_scene(s, scenes);
+    if (pair) {
         ImGui::TableNextColumn();
-        request->rebuild |= choose_size(s);
+    }
+    ImGui::BeginDisabled(s->loaded[0]);
+    request->rebuild |= choose_size(s);
+    ImGui::EndDisabled();
+    if (pair) {
         ImGui::EndTable();
     }
 }
@@ -523,7 +568,7 @@ void show_numbers(const readings *r, bool meshes) {
     }
     ImGui::Text("%.1f frames/s   %.1f edits/s   %u x %u pixels", frames, r->edits_per_second, r->width, r->height);
     if (!r->may_be_wrong) {
-        ImGui::TextColored(quiet, "the picture is exact: no distance is too great");
+        ImGui::TextColored(quiet, "the picture is exact: every ray ends at the voxel where it should");
     } else if (r->wrong_share < 0) {
         ImGui::TextColored(warning, "approximate field; wrong pixels not counted yet");
     } else {
