@@ -216,7 +216,6 @@ static void check_deform(fm_mesh *mesh, scene_mesh *source) {
             v[0] += 0.3f * sinf(3 * v[1]), v[2] *= 1.5f;
         }
         CHECK_OK(fm_mesh_deform(mesh, (const float(*)[3])source->vertices, round == 0 ? FM_TREE_REFIT : FM_TREE_REBUILD));
-        CHECK_OK(fm_gpu_mesh_upload(mesh));
         check_all(mesh, source);
     }
 }

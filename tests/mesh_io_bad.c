@@ -45,6 +45,11 @@ static const struct {
      "twice"},
     {"corner.ply", TEXT(PLY_HEAD "0 0 0 1 0 0 0 1 0 3 0 1 3\n"), FM_ERROR_FORMAT, "vertex 3 in face 0"},
     {"below.ply", TEXT(PLY_HEAD "0 0 0 1 0 0 0 1 0 3 0 1 -1\n"), FM_ERROR_FORMAT, "vertex -1 in face 0"},
+    {"half.ply",
+     TEXT(PLY_BINARY "element vertex 3\nproperty uchar x\nproperty uchar y\nproperty uchar z\nelement face 1\n"
+                     "property list uchar float vertex_indices\nend_header\n"
+                     "\0\0\0\1\0\0\0\1\0\3\0\0\0\0\0\0\x80\x3f\0\0\xc0\x3f"),
+     FM_ERROR_FORMAT, "1.5 in row 0"},
     {"short.ply", TEXT(PLY_HEAD "0 0 0 1 0 0 0 1 0 3 0 1"), FM_ERROR_FORMAT, "ends within face 0"},
     {"shorter.ply", TEXT(PLY_HEAD "0 0 0 1 0 0 0 1"), FM_ERROR_FORMAT, "header wrong"},
     {"letter.ply", TEXT(PLY_HEAD "0 0 0 1 0 b 0 1 0 3 0 1 2 "), FM_ERROR_FORMAT, "\"b\" in vertex 1"},

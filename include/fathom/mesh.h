@@ -42,8 +42,9 @@ typedef enum fm_tree {
     FM_TREE_REBUILD,
 } fm_tree;
 
-// Replaces all positions, as many as there are, so that the mesh deforms. What the mesh is (edges, closed or not) stays, but which
-// triangles are dropped is judged anew. Errors: as fm_mesh_create.
+// Replaces all positions, as many as there are, so that the mesh deforms. What is joined stays (which vertices count as one, edges,
+// parts), but which triangles are dropped is judged anew: when others are, edges and parts are found again from the new positions.
+// On Vulkan waits for all work in flight. Errors: as fm_mesh_create.
 FM_API fm_result fm_mesh_deform(fm_mesh *mesh, const float (*vertices)[3], fm_tree tree);
 
 // The mesh's own arrays, in host memory: valid until the mesh is deformed or destroyed. Any pointer may be NULL.
@@ -68,11 +69,14 @@ typedef struct fm_mesh_info {
     double volume;  // enclosed, negative when the faces look inwards; of a closed mesh only, else 0
 } fm_mesh_info;
 
-// Worked out once, on the host, and kept. Errors: FM_ERROR_OUT_OF_HOST_MEMORY.
+// Worked out on the host when asked for and kept: what is joined once for the same dropped triangles, box, area, volume and
+// degenerate triangles once for each deform or move. Of a scene on Vulkan it tells of the update that made the scene's mesh, for
+// what moved since moved on the device alone. Errors: FM_ERROR_OUT_OF_HOST_MEMORY.
 FM_API fm_result fm_mesh_describe(fm_mesh *mesh, fm_mesh_info *info);
 
 // Number of pairs of triangles that intersect and share no vertex (by position). Exact: decided without rounding; touching counts,
-// and so do triangles without area. Stops at `most` (0: counts all). Errors: FM_ERROR_OUT_OF_HOST_MEMORY.
+// and so do triangles without area. Stops at `most` (0: counts all). On the host, of the positions that fm_mesh_describe sees.
+// Errors: FM_ERROR_OUT_OF_HOST_MEMORY.
 FM_API fm_result fm_mesh_intersections(fm_mesh *mesh, uint64_t most, uint64_t *pairs);
 
 // ---------------------------------------------------------------------------------------------------------------------------
@@ -143,11 +147,14 @@ FM_API fm_result fm_scene_move(fm_scene *scene, uint32_t object, const fm_transf
 FM_API fm_result fm_scene_deform(fm_scene *scene, uint32_t object, const float (*vertices)[3]);
 
 // Carries out what was asked for: only objects that moved or deformed are touched. On Vulkan asynchronous, complete at `ticket`
-// (NULL: waits). Errors: as fm_mesh_create.
+// (NULL: waits), but after objects were added it makes a new mesh and waits for all work in flight. Passes: "scene", "tree".
+// Errors: as fm_mesh_create.
 FM_API fm_result fm_scene_update(fm_scene *scene, fm_tree tree, fm_ticket *ticket);
 
 // The scene's mesh, as of the last update; it is the scene's and goes with it, and becomes another by the update after an object
-// was added. On Vulkan its arrays in host memory are those of that update: what moves later moves on the device alone.
+// was added. On Vulkan its arrays in host memory are those of the update that made it, and what moves later moves on the device
+// alone: fm_mesh_arrays, _describe, _intersections and fm_mesh_write see the former, as does FM_SIGN_AUTO; queries, voxels, fields,
+// pictures and the box of fm_mesh_fit follow the device.
 FM_API fm_mesh *fm_scene_mesh(fm_scene *scene);
 
 #ifdef __cplusplus

@@ -14,7 +14,8 @@ extern "C" {
 #endif
 
 // Fits a grid of cubic voxels around a mesh: `longest` voxels along the longest edge of its box, of which `margin` on each side are
-// left beside it. Fills shape, spacing and origin of `grid`; its type and storage stay. A mesh without extent gets a unit box.
+// left beside it. Fills shape, spacing and origin of `grid`; its type and storage stay. A mesh without extent gets a unit box. Of a
+// scene that moved on Vulkan the box is that of its objects' boxes, turned and moved, which may leave room.
 // Errors: FM_ERROR_INVALID_ARGUMENT for NULL, `longest` of 0 or above 16384, or a `longest` that `margin` leaves nothing of.
 FM_API fm_result fm_mesh_fit(fm_mesh *mesh, uint32_t longest, uint32_t margin, fm_volume_desc *grid);
 
@@ -40,9 +41,11 @@ typedef struct fm_voxelize_desc {
 } fm_voxelize_desc;
 
 // Writes 1 where the mesh is and 0 elsewhere. `voxels`: U8 or BITS, with the grid's spacing and origin, where the context computes.
-// Asynchronous on Vulkan, complete at `ticket` (NULL: waits). Errors: FM_ERROR_INVALID_ARGUMENT for NULL, another type or context;
-// FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
-// Source: Schwarz and Seidel 2010, "Fast parallel surface and solid voxelization on GPUs"; Huang et al. 1998 for separability.
+// The CPU backend decides in doubles, a device in floats: contacts that the latter cannot tell set voxels there and not here.
+// Asynchronous on Vulkan, complete at `ticket` (NULL: waits). Passes: "voxelize", and "fill"
+// where `solid`. Errors: FM_ERROR_INVALID_ARGUMENT for NULL, another
+// type or context; FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL. Source:
+// Schwarz and Seidel 2010, "Fast parallel surface and solid voxelization on GPUs"; Huang et al. 1998 for separability.
 FM_API fm_result fm_mesh_voxelize(fm_mesh *mesh, const fm_voxelize_desc *desc, fm_volume *voxels, fm_ticket *ticket);
 
 // ---------------------------------------------------------------------------------------------------------------------------
@@ -79,12 +82,14 @@ typedef struct fm_sdf_info {
 
 // Computes the field. `distance`: F32, with the grid's spacing and origin, where the context computes. `triangles` (NULL: not
 // wanted): U32 of the same shape, gets the triangle nearest to each texel of the band, or FM_NO_TRIANGLE. `info` NULL is fine. The
-// sign of AUTO is decided once a mesh. An empty mesh gives the band's width everywhere, +infinity under FM_FAR_EXACT and FLOODED.
-// Deterministic: the same input gives the same bits on the same device. Unsigned distances are within 4 units in the last place of
-// the largest coordinate that takes part. Asynchronous on Vulkan, complete at `ticket` (NULL: waits).
-// Errors: as fm_mesh_voxelize, FM_ERROR_INVALID_ARGUMENT for a band below 0 or not finite, and on the CPU backend
-// FM_ERROR_UNSUPPORTED for more than 2^26 texels along an axis. On the CPU backend winding numbers decide as if summed exactly
-// where the mesh's boundary has at most 4,096 edges.
+// sign of AUTO is decided from what fm_mesh_describe and fm_mesh_intersections see, again when a mesh is deformed or moved in host
+// memory, whose intersections are searched for only if the rest speaks for PSEUDONORMAL. An empty mesh gives the band's width
+// everywhere, +infinity under FM_FAR_EXACT and FLOODED. Deterministic: the same input gives the same bits on the same device.
+// Unsigned distances are within 4 units in the last place of the largest coordinate that takes part. Asynchronous on Vulkan,
+// complete at `ticket` (NULL: waits). Passes: "tree", "normals" or "moments" where they are made anew, "blocks", "nearest". Errors:
+// as fm_mesh_voxelize, FM_ERROR_INVALID_ARGUMENT for a band below 0 or not finite, and on the CPU backend FM_ERROR_UNSUPPORTED for
+// more than 2^26 texels along an axis. On the CPU backend winding numbers decide as if summed exactly where the mesh's boundary has
+// at most 4,096 edges.
 FM_API fm_result fm_mesh_sdf(fm_mesh *mesh, const fm_sdf_desc *desc, fm_volume *distance, fm_volume *triangles, fm_sdf_info *info,
                              fm_ticket *ticket);
 

@@ -307,13 +307,17 @@ static inline fm_result next_float(ply *p, const ply_element *element, uint64_t 
     return FM_OK;
 }
 
-// A whole number; one that is none, such as an index in floating point, becomes -1 to -2^62 or 2^62.
+// A whole number, which may be stored in floating point: 1.5 is refused, and what is NaN or beyond 2^62 in size becomes -2^62.
 static inline fm_result next_integer(ply *p, const ply_element *element, uint64_t row, ply_type type, int64_t *value) {
     fm_blocks *blocks = p->blocks;
     if (!p->ascii) {
         FM_TRY(fm_blocks_need(blocks, type_sizes[type], "its elements"));
         const double number = load(blocks->at, type, p->swap);
         *value = number > -0x1p62 && number < 0x1p62 ? (int64_t)number : INT64_MIN / 2;
+        if (number > -0x1p62 && number < 0x1p62 && number != (double)*value) {
+            return fm_input_fail(p->reader->input, FM_ERROR_FORMAT, "has %g in row %llu of its lists: a whole number is needed",
+                                 number, (unsigned long long)row);
+        }
         blocks->at += type_sizes[type];
         return FM_OK;
     }

@@ -75,10 +75,11 @@ static fm_result ask_batch(fm_mesh *mesh, const batch *b) {
     return FM_OK;
 }
 
-// `each`: invocations of a question, 1 or a whole group.
-static fm_result ask(fm_mesh *mesh, batch b, uint32_t each) {
+// `each`: invocations of a question, 1 or a whole group. `most`: questions at once.
+static fm_result ask(fm_mesh *mesh, batch b, uint32_t each, uint64_t most) {
+    most = fm_min_u64(fm_max_u64(most, 1), MOST_QUESTIONS);
     for (uint32_t left = b.count; left > 0; left -= b.count) {
-        b.count = left < MOST_QUESTIONS ? left : MOST_QUESTIONS;
+        b.count = (uint32_t)fm_min_u64(left, most);
         b.dispatch.groups = fm_div_up(b.count * (uint64_t)each, THREADS);
         FM_TRY(ask_batch(mesh, &b));
         b.questions = (const char *)b.questions + b.count * (uint64_t)b.question_size;
@@ -96,7 +97,7 @@ fm_result fm_gpu_mesh_closest(fm_mesh *mesh, const float (*positions)[3], uint32
                      .answer_size = sizeof *closest,
                      .count = count,
                      .bound = bound > 0 ? bound : INFINITY};
-    return ask(mesh, b, 1);
+    return ask(mesh, b, 1, MOST_QUESTIONS);
 }
 
 fm_result fm_gpu_mesh_cast(fm_mesh *mesh, const fm_mesh_ray *rays, uint32_t count, bool any, fm_mesh_hit *hits) {
@@ -107,11 +108,13 @@ fm_result fm_gpu_mesh_cast(fm_mesh *mesh, const fm_mesh_ray *rays, uint32_t coun
                      .question_size = sizeof *rays,
                      .answer_size = sizeof *hits,
                      .count = count};
-    return ask(mesh, b, 1);
+    return ask(mesh, b, 1, MOST_QUESTIONS);
 }
 
 fm_result fm_gpu_mesh_winding(fm_mesh *mesh, const float (*positions)[3], uint32_t count, float accuracy, float *winding) {
     enum { DEFAULT_ACCURACY = 2 };
+    // Of a position and a triangle, so that no dispatch holds a device up for long.
+    const uint64_t MOST_PAIRS = UINT64_C(1) << 34;
     const bool every = isinf(accuracy);
     const uint32_t constants[] = {every};
     const batch b = {.dispatch = {.kernel = FM_KERNEL_MESH_WINDING, .constants = constants, .constant_count = 1},
@@ -122,5 +125,5 @@ fm_result fm_gpu_mesh_winding(fm_mesh *mesh, const float (*positions)[3], uint32
                      .count = count,
                      .bound = accuracy > 0 ? accuracy : DEFAULT_ACCURACY,
                      .moments = !every};
-    return ask(mesh, b, every ? THREADS : 1);
+    return ask(mesh, b, every ? THREADS : 1, every ? MOST_PAIRS / fm_max_u64(mesh->triangle_count, 1) : MOST_QUESTIONS);
 }

@@ -32,8 +32,8 @@ static fm_result resolve_box(fm_rtsdf_desc *desc) {
         // As floats, for texels are placed in floats: neighbours must differ.
         if (!(fabs(desc->low[i]) <= 1e18 && fabs(desc->high[i]) <= 1e18 && (float)desc->low[i] < (float)desc->high[i])) {
             return fm_fail(FM_ERROR_INVALID_ARGUMENT,
-                           "low[%d] is %g and high[%d] is %g: low below high, neither above 1e18 in size", i, desc->low[i], i,
-                           desc->high[i]);
+                           "low[%d] is %g and high[%d] is %g: low below high as floats, neither above 1e18 in size", i,
+                           desc->low[i], i, desc->high[i]);
         }
     }
     return FM_OK;

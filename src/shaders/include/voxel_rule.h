@@ -2,8 +2,9 @@
 #ifndef FM_VOXEL_RULE_H
 #define FM_VOXEL_RULE_H
 
-// Which voxels a triangle sets: the arithmetic of fm_mesh_voxelize, one text for C and GLSL, so that the processor and a device set
-// the same voxels. Floats, every operation rounded, in the order that is written here.
+// Which voxels a triangle sets: the arithmetic of fm_mesh_voxelize on Vulkan and of RTSDF on both backends, one text for C and GLSL,
+// so that RTSDF's fields start from the same voxels. fm_mesh_voxelize on the processor has a test of its own in doubles
+// (host_voxelize.c), which sets fewer where a contact is closer than floats can tell. Floats, every operation rounded, in the order that is written here.
 //
 // Grid units: voxel i is the interval i ... i + 1. A triangle is moved there with an error of at most `delta` an axis, and so is
 // what it is compared with larger by that much: a contact that rounding cannot tell counts as one. A triangle touches a convex
