@@ -4,6 +4,7 @@
 #include "check.h"
 #include "fathom/sdf.h"
 #include "mesh_oracle.h"
+#include "vulkan_common.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -336,13 +337,15 @@ static void run_out_of_memory(fm_sign sign, const scene_mesh *shape) {
 }
 
 int main(int argc, char **argv) {
-    const bool vulkan = argc > 2 && strcmp(argv[2], "vulkan") == 0;
-    const fm_context_desc desc = {.backend = vulkan ? FM_BACKEND_VULKAN : FM_BACKEND_CPU, .validation = vulkan, .threads = 2};
-    const fm_result made = fm_context_create(&desc, &context);
-    if (vulkan && made != FM_OK) {
-        return check_skip(fm_last_error());
+    vulkan_options options;
+    if (!vulkan_parse(argc, argv, &options)) {
+        return 2;
     }
-    if (!CHECK_OK(made)) {
+    const bool vulkan = argc > 1;
+    if (vulkan && vulkan_open(&options, NULL, &context) != FM_OK) {
+        return vulkan_missing();
+    }
+    if (!vulkan && !CHECK_OK(fm_context_create(&(fm_context_desc){.backend = FM_BACKEND_CPU, .threads = 2}, &context))) {
         return check_summary();
     }
     run_shapes();
@@ -359,6 +362,6 @@ int main(int argc, char **argv) {
         scene_mesh_free(&open);
     }
     printf("greatest unsigned error: %.3g voxels\n", worst);
-    fm_context_destroy(context);
+    vulkan_close(context);
     return check_summary();
 }
