@@ -553,7 +553,7 @@ void show_device(const readings *r) {
     if (r->backend == FM_BACKEND_CPU) {
         ImGui::TextColored(warning, "Native CPU backend: no GPU computes");
     } else if (r->device.kind == FM_DEVICE_SOFTWARE) {
-        ImGui::TextColored(warning, "No GPU: software Vulkan on the CPU, timed by the clock");
+        ImGui::TextColored(warning, "No GPU: software Vulkan, timed by the clock");
     }
     ImGui::PushTextWrapPos(0);
     ImGui::TextColored(quiet, "%s", r->device.name);
@@ -568,7 +568,7 @@ void show_numbers(const readings *r, bool meshes) {
     }
     ImGui::Text("%.1f frames/s   %.1f edits/s   %u x %u pixels", frames, r->edits_per_second, r->width, r->height);
     if (!r->may_be_wrong) {
-        ImGui::TextColored(quiet, "the picture is exact: every ray ends at the voxel where it should");
+        ImGui::TextColored(quiet, "the picture is exact: no ray misses a voxel");
     } else if (r->wrong_share < 0) {
         ImGui::TextColored(warning, "approximate field; wrong pixels not counted yet");
     } else {
