@@ -47,7 +47,7 @@ typedef struct bench_shadow_result {
     double picture_error, flip, ssim;           // of the picture, likewise
     double noise;                               // mean change of a pixel's share from frame to frame, things at rest
     double moving_error;                        // as share_error, in the midst of a move
-    double width_error;                         // of a sphere's penumbra on a plane: measured width / true width - 1; NAN where there is none
+    double width_error;  // of a sphere's penumbra on a plane: measured width / true width - 1; NAN where there is none
 } bench_shadow_result;
 
 // What all ways of a case share. NULL: see fm_last_error.

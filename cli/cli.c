@@ -230,18 +230,9 @@ bool cli_type(const char *option, const char *text, fm_type *type) {
 }
 
 const char *const cli_format_words[] = {
-    [FM_FORMAT_AUTO] = "auto",
-    [FM_FORMAT_NPY] = "npy",
-    [FM_FORMAT_RAW] = "raw",
-    [FM_FORMAT_NRRD] = "nrrd",
-    [FM_FORMAT_NIFTI] = "nifti",
-    [FM_FORMAT_VOX] = "vox",
-    [FM_FORMAT_BINVOX] = "binvox",
-    [FM_FORMAT_OCTOMAP] = "octomap",
-    [FM_FORMAT_3DMAP] = "3dmap",
-    [FM_FORMAT_VXL] = "vxl",
-    [FM_FORMAT_NANOVDB] = "nanovdb",
-    NULL,
+    [FM_FORMAT_AUTO] = "auto",   [FM_FORMAT_NPY] = "npy", [FM_FORMAT_RAW] = "raw",         [FM_FORMAT_NRRD] = "nrrd",
+    [FM_FORMAT_NIFTI] = "nifti", [FM_FORMAT_VOX] = "vox", [FM_FORMAT_BINVOX] = "binvox",   [FM_FORMAT_OCTOMAP] = "octomap",
+    [FM_FORMAT_3DMAP] = "3dmap", [FM_FORMAT_VXL] = "vxl", [FM_FORMAT_NANOVDB] = "nanovdb", NULL,
 };
 
 bool cli_format(const char *option, const char *text, fm_format *format) {

@@ -2,8 +2,8 @@
 #version 460
 #include "defer.glsl"
 
-// One invocation owns a texel of a cascade: reads the 15 beside it along a row, or with DOWN along a column, of 16 bytes each, most of
-// them from the cache; writes 16 bytes.
+// One invocation owns a texel of a cascade: reads the 15 beside it along a row, or with DOWN along a column, of 16 bytes each, most
+// of them from the cache; writes 16 bytes.
 
 layout(constant_id = 0) const bool DOWN = false;
 

@@ -5,8 +5,8 @@
 #include "sign.glsl"
 
 // The angle-weighted normals of positions. One invocation owns a position and takes its triangles in the order of their numbers, so
-// that sums round alike at every run. Reads for each of the three corners of a triangle 4 bytes of the list, 12 of its positions, its
-// indices and corners from a cache; writes 16 bytes a position.
+// that sums round alike at every run. Reads for each of the three corners of a triangle 4 bytes of the list, 12 of its positions,
+// its indices and corners from a cache; writes 16 bytes a position.
 
 layout(local_size_x = 64) in;
 

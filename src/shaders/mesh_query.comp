@@ -3,8 +3,8 @@
 #include "memory.glsl"
 #include "bvh.glsl"
 
-// One invocation owns a query of a mesh's tree. Moves 12 bytes in and 20 out for a nearest point, 32 in and 20 out for a ray, and the
-// nodes and records that it visits, most of them from a cache.
+// One invocation owns a query of a mesh's tree. Moves 12 bytes in and 20 out for a nearest point, 32 in and 20 out for a ray, and
+// the nodes and records that it visits, most of them from a cache.
 
 layout(local_size_x = 64) in;
 

@@ -7,14 +7,14 @@
 // than that less its radius, which tells most blocks to lie beyond the band; those left are listed, with what helps the next level:
 // the triangle that is nearest, and the node that holds everything near.
 //
-// With EDGE of 16 an invocation owns a block; of 4, a group owns a listed block of 16^3, an invocation one of its children. Moves 16
-// bytes a block and 4 for a listed one, and what the walk visits.
+// With EDGE of 16 an invocation owns a block; of 4, a group owns a listed block of 16^3, an invocation one of its children. Moves
+// 16 bytes a block and 4 for a listed one, and what the walk visits.
 //
 // Why blocks, and no scattering from triangles: a triangle's box, thickened by a band of 3, holds 350 texels and more even if the
 // triangle is a voxel in size, each a distance to compute and an atomic minimum of 8 bytes, most of them in vain; 1.4 million
-// triangles are 490 million of those and up to 4 GB of atomics. The texels of blocks near their surface are 8 million of 512^3, each
-// a walk that begins with a bound which is nearly the answer. What must reach memory is the field itself, 4 bytes a texel; and large
-// triangles are no case of their own.
+// triangles are 490 million of those and up to 4 GB of atomics. The texels of blocks near their surface are 8 million of 512^3,
+// each a walk that begins with a bound which is nearly the answer. What must reach memory is the field itself, 4 bytes a texel; and
+// large triangles are no case of their own.
 
 layout(local_size_x = 64) in;
 

@@ -4,8 +4,8 @@
 #include "sdf.glsl"
 
 // The texels of blocks that were not listed: the band's width with the block's sign or, flooded, the distance of the triangle that
-// is nearest to the block's centre. A group owns 256 texels of a row, an invocation 4 of them, which lie in one block of 4^3. Writes
-// 4 bytes a texel, and 4 for its triangle; reads 16 bytes for a block of 16^3 or 4^3 and row.
+// is nearest to the block's centre. A group owns 256 texels of a row, an invocation 4 of them, which lie in one block of 4^3.
+// Writes 4 bytes a texel, and 4 for its triangle; reads 16 bytes for a block of 16^3 or 4^3 and row.
 
 layout(local_size_x = 64) in;
 

@@ -3,15 +3,15 @@
 #include "memory.glsl"
 #include "sdf.glsl"
 
-// The texels of listed blocks of 4^3: exact distances with their sign. A group owns a block, an invocation a texel. Writes 4 bytes a
-// texel, and 4 for its triangle; reads 16 bytes a block and what the walk visits.
+// The texels of listed blocks of 4^3: exact distances with their sign. A group owns a block, an invocation a texel. Writes 4 bytes
+// a texel, and 4 for its triangle; reads 16 bytes a block and what the walk visits.
 
 layout(local_size_x = 64) in;
 
 void do_texel(ivec3 at, vec3 centre, block_state block) {
     vec3 p = texel_place(vec3(at));
-    // Beyond the band only the side counts. There it is that of the centre, if that is nearer than the band is wide: no surface comes
-    // between. So the walk need not go beyond the band.
+    // Beyond the band only the side counts. There it is that of the centre, if that is nearer than the band is wide: no surface
+    // comes between. So the walk need not go beyond the band.
     bool bounded = FAR == FAR_BAND && (SIGN == FM_SDF_UNSIGNED || (SIGN == FM_SDF_PSEUDONORMAL || CLOSED) &&
                                                                       distance(p, centre) < 0.9999 * band());
     float limit = bounded ? band() * 1.00001 : MESH_INFINITY;

@@ -2,9 +2,9 @@
 #version 460
 #include "tree.glsl"
 
-// A stable pass of the radix sort. A group owns a run and takes its tiles in order; an invocation owns 4 consecutive keys of a tile.
-// The tile is sorted by the digit in shared memory, half a digit at a time, and goes out in pieces of equal digits. Reads and writes
-// 8 bytes a key.
+// A stable pass of the radix sort. A group owns a run and takes its tiles in order; an invocation owns 4 consecutive keys of a
+// tile. The tile is sorted by the digit in shared memory, half a digit at a time, and goes out in pieces of equal digits. Reads and
+// writes 8 bytes a key.
 
 const uint OWNED = FM_SORT_TILE / FM_TREE_THREADS;
 const uint HALF_DIGITS = 16;

@@ -3,8 +3,8 @@
 //
 // A node is four times 16 bytes: the boxes of its two children (low, high, low, high), two references, two counts of triangles. A
 // child of at most FM_LEAF_TRIANGLES is a leaf, and its reference the first of its records; else it is a node. Node 0 is the root.
-// A record is three times 16 bytes: three corners and the triangle's number, or FM_GPU_NONE of one that does not fit; such a one has
-// an empty box (low +infinity, high -infinity). Records lie in the order of the leaves, so that two sibling leaves are one run.
+// A record is three times 16 bytes: three corners and the triangle's number, or FM_GPU_NONE of one that does not fit; such a one
+// has an empty box (low +infinity, high -infinity). Records lie in the order of the leaves, so that two sibling leaves are one run.
 //
 // The highest bit in which the keys below a node differ falls from node to node down a path. Keys are 32 bits of a code, of which
 // 31 ever differ, then the 31 bits of a place: a path has at most 62 nodes. Each of them leaves at most one child waiting.

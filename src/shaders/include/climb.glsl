@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // How the places of sorted keys climb to the root. The parent of a range of places is the node at that end of it across which the
-// keys differ less; the node between places i and i + 1 has number i + 1, and that of all places lies at number 0 too. Of a node's two
-// children the one that comes first stops, the second has seen both and goes on. Source: Apetrei 2014, "Fast and simple
+// keys differ less; the node between places i and i + 1 has number i + 1, and that of all places lies at number 0 too. Of a node's
+// two children the one that comes first stops, the second has seen both and goes on. Source: Apetrei 2014, "Fast and simple
 // agglomerative LBVH construction". Expects tree.glsl.
 
 // What another group wrote is read through these.

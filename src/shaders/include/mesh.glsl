@@ -33,8 +33,8 @@ bool mesh_triangle_fits(vec3 a, vec3 b, vec3 c) {
     return mesh_fits(a) && mesh_fits(b) && mesh_fits(c);
 }
 
-// The nearest point of a segment, as seen from the origin: `point` is an offset. From the nearer end, so that an end that is far away
-// does no harm.
+// The nearest point of a segment, as seen from the origin: `point` is an offset. From the nearer end, so that an end that is far
+// away does no harm.
 void keep_segment(vec3 a, vec3 b, uint number, inout mesh_nearest best, inout float best_t) {
     vec3 e = b - a;
     float length2 = dot(e, e);

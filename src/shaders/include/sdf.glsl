@@ -40,8 +40,8 @@ vec3 texel_place(vec3 index) {
     return p;
 }
 
-// A block: the triangle nearest to its centre, a node below which all lies that is nearest to any of its texels, the distance of the
-// centre, and whether its texels are to be looked into, and if not, whether they are inside.
+// A block: the triangle nearest to its centre, a node below which all lies that is nearest to any of its texels, the distance of
+// the centre, and whether its texels are to be looked into, and if not, whether they are inside.
 struct block_state {
     uint triangle;
     uint node;

@@ -2,20 +2,21 @@
 #ifndef FM_VOXEL_RULE_H
 #define FM_VOXEL_RULE_H
 
-// Which voxels a triangle sets: the arithmetic of fm_mesh_voxelize on Vulkan and of RTSDF on both backends, one text for C and GLSL,
-// so that RTSDF's fields start from the same voxels. fm_mesh_voxelize on the processor has a test of its own in doubles
-// (host_voxelize.c), which sets fewer where a contact is closer than floats can tell. Floats, every operation rounded, in the order that is written here.
+// Which voxels a triangle sets: the arithmetic of fm_mesh_voxelize on Vulkan and of RTSDF on both backends, one text for C and
+// GLSL, so that RTSDF's fields start from the same voxels. fm_mesh_voxelize on the processor has a test of its own in doubles
+// (host_voxelize.c), which sets fewer where a contact is closer than floats can tell. Floats, every operation rounded, in the order
+// that is written here.
 //
 // Grid units: voxel i is the interval i ... i + 1. A triangle is moved there with an error of at most `delta` an axis, and so is
 // what it is compared with larger by that much: a contact that rounding cannot tell counts as one. A triangle touches a convex
-// thing unless one of a few axes separates the two (Gottschalk, Lin and Manocha 1996): the axes of the grid, the triangle's
-// normal, and the products of an edge and an axis of the grid. For 26-separation that thing is the voxel, for 6-separation the
-// three lines that join the centres of its opposite faces (Laine 2013, "A topological approach to voxelization": a path over faces
-// runs along such lines).
+// thing unless one of a few axes separates the two (Gottschalk, Lin and Manocha 1996): the axes of the grid, the triangle's normal,
+// and the products of an edge and an axis of the grid. For 26-separation that thing is the voxel, for 6-separation the three lines
+// that join the centres of its opposite faces (Laine 2013, "A topological approach to voxelization": a path over faces runs along
+// such lines).
 //
 // Inside is decided a row at a time, at the centres of its voxels. Whether the line through them crosses a triangle is summed from
-// its edges, each of which contributes the same to both triangles that share it, with opposite signs: rounding cannot open a
-// closed mesh.
+// its edges, each of which contributes the same to both triangles that share it, with opposite signs: rounding cannot open a closed
+// mesh.
 
 #include "shared.h"
 

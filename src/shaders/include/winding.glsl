@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Generalised winding numbers by the moments of groups of triangles. Source: Barill et al. 2018, "Fast winding numbers for soups and
-// clouds", with the terms of the area vectors and of their first moments about the group's centre. Expects memory.glsl, bvh.glsl.
+// Generalised winding numbers by the moments of groups of triangles. Source: Barill et al. 2018, "Fast winding numbers for soups
+// and clouds", with the terms of the area vectors and of their first moments about the group's centre. Expects memory.glsl,
+// bvh.glsl.
 
 const float FOUR_PI = 12.566370614359172;
 
