@@ -54,7 +54,7 @@ static bool check_one(const scene_mesh *shape, const float p[3], const fm_closes
     for (int axis = 0; axis < 3; axis++) {
         apart += pow((double)found->point[axis] - p[axis], 2);
     }
-    return CHECK(fabs(found->distance - nearest) <= tolerance) & CHECK(fabs(found->distance - own) <= tolerance) &
+    return CHECK(fabs(found->distance - nearest) <= tolerance) && CHECK(fabs(found->distance - own) <= tolerance) &&
            CHECK(fabs(sqrt(apart) - nearest) <= tolerance);
 }
 
@@ -113,14 +113,14 @@ static bool check_hit(const scene_mesh *shape, const fm_mesh_ray *ray, const fm_
         }
     }
     if (hit->triangle == FM_NO_TRIANGLE) {
-        return CHECK(isinf(first)) & CHECK(isinf(hit->t));
+        return CHECK(isinf(first)) && CHECK(isinf(hit->t));
     }
     if (!CHECK(hit->triangle < shape->triangle_count)) {
         return false;
     }
     const crossing own = cross_triangle(shape, hit->triangle, ray);
-    return CHECK(own.least > -margin) & CHECK(fabs(own.t - hit->t) <= 1e-4 * (1 + fabs(own.t))) & CHECK(own.back == hit->back) &
-           CHECK(hit->u >= 0 && hit->v >= 0 && hit->u + hit->v <= 1.000001f) & CHECK(any || hit->t <= first * (1 + 1e-5) + 1e-6) &
+    return CHECK(own.least > -margin) && CHECK(fabs(own.t - hit->t) <= 1e-4 * (1 + fabs(own.t))) && CHECK(own.back == hit->back) &&
+           CHECK(hit->u >= 0 && hit->v >= 0 && hit->u + hit->v <= 1.000001f) && CHECK(any || hit->t <= first * (1 + 1e-5) + 1e-6) &&
            CHECK(hit->t >= ray->first && hit->t <= ray->last);
 }
 
