@@ -230,7 +230,7 @@ static void pairs_by_hand(void) {
             for (int k = 0; k < 6; k++) {
                 corners[k / 3][k % 3] = p[k / 3][k % 3];
             }
-            const bool good = CHECK(fm_triangles_intersect(corners[0], corners[1]) == cases[i].meet) &
+            const bool good = CHECK(fm_triangles_intersect(corners[0], corners[1]) == cases[i].meet) &&
                               CHECK(fm_triangles_intersect(corners[1], corners[0]) == cases[i].meet);
             if (!good) {
                 fprintf(stderr, "    pair %zu, turn %d\n", i, turn);

@@ -40,12 +40,12 @@ static void check_mesh(fm_context *context, const figures *expected) {
     }
     CHECK_OK(fm_mesh_describe(mesh, &info));
     CHECK_OK(fm_mesh_intersections(mesh, 0, &pairs));
-    const bool good = CHECK(info.distinct == expected->distinct) & CHECK(info.unused == expected->unused) &
-                      CHECK(info.boundary == expected->boundary) & CHECK(info.non_manifold == expected->non_manifold) &
-                      CHECK(info.misoriented == expected->misoriented) & CHECK(info.components == expected->components) &
-                      CHECK(info.degenerate == expected->degenerate) & CHECK(info.duplicate == expected->duplicate) &
-                      CHECK(info.closed == expected->closed) & CHECK(info.dropped == 0) &
-                      CHECK((info.volume != 0) == expected->closed) & CHECK(pairs == expected->pairs + expected->flat_pairs);
+    const bool good = CHECK(info.distinct == expected->distinct) && CHECK(info.unused == expected->unused) &&
+                      CHECK(info.boundary == expected->boundary) && CHECK(info.non_manifold == expected->non_manifold) &&
+                      CHECK(info.misoriented == expected->misoriented) && CHECK(info.components == expected->components) &&
+                      CHECK(info.degenerate == expected->degenerate) && CHECK(info.duplicate == expected->duplicate) &&
+                      CHECK(info.closed == expected->closed) && CHECK(info.dropped == 0) &&
+                      CHECK((info.volume != 0) == expected->closed) && CHECK(pairs == expected->pairs + expected->flat_pairs);
     if (!good) {
         fprintf(stderr, "    %s\n", expected->name);
     }
