@@ -275,17 +275,13 @@ static void add_options(cli_args *args, bench_args *a) {
     a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors"));
 }
 
-static const char *given(const struct arg_str *option, const char *otherwise) {
-    return option->count ? option->sval[0] : otherwise;
-}
-
 static bool read_limits(const bench_args *a, bench_plan *p) {
     int64_t seed = 0;
-    if (!cli_uint32("--runs", given(a->runs, "25"), 3, &p->limits.runs) ||
-        !cli_double("--seconds", given(a->seconds, "10"), &p->limits.seconds) ||
-        !cli_uint32("--samples", given(a->samples, "4000"), 8, &p->limits.samples) ||
-        !cli_int64("--seed", given(a->seed, "0"), &seed) ||
-        !cli_double("--density", given(a->density, "0.001"), &p->scene.density) ||
+    if (!cli_uint32("--runs", cli_given(a->runs, "25"), 3, &p->limits.runs) ||
+        !cli_double("--seconds", cli_given(a->seconds, "10"), &p->limits.seconds) ||
+        !cli_uint32("--samples", cli_given(a->samples, "4000"), 8, &p->limits.samples) ||
+        !cli_int64("--seed", cli_given(a->seed, "0"), &seed) ||
+        !cli_double("--density", cli_given(a->density, "0.001"), &p->scene.density) ||
         (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &p->session.threads))) {
         return false;
     }
@@ -303,23 +299,25 @@ static bool read_limits(const bench_args *a, bench_plan *p) {
 
 static bool read_plan(const bench_args *a, bench_plan *p) {
     int backend = 0;
-    *p = (bench_plan){
-        .csv = given(a->csv, NULL), .passes = given(a->passes, NULL), .json = given(a->json, NULL), .quiet = a->quiet->count > 0};
+    *p = (bench_plan){.csv = cli_given(a->csv, NULL),
+                      .passes = cli_given(a->passes, NULL),
+                      .json = cli_given(a->json, NULL),
+                      .quiet = a->quiet->count > 0};
     if (strcmp(a->what->sval[0], "transform") != 0) {
         cli_usage("bench: no benchmark \"%s\": transform, world, render and mesh are there", a->what->sval[0]);
         return false;
     }
-    if (!cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) || !read_limits(a, p)) {
+    if (!cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend) || !read_limits(a, p)) {
         return false;
     }
     p->session.backend = (fm_backend)backend;
-    p->session.device = given(a->device, NULL);
-    return cli_each("--sizes", given(a->sizes, "128,256"), MAX_LIST, take_shape, p) &&
-           cli_each("--scenes", given(a->scenes, "terrain,sparse,shell"), MAX_LIST, take_scene, p) &&
-           cli_each("--metrics", given(a->metrics, "l1,l2"), MAX_LIST, take_metric, p) &&
-           cli_each("--types", given(a->types, "u8,u16,f32,u32"), MAX_LIST, take_type, p) &&
-           cli_each("--inputs", given(a->inputs, "u8"), MAX_LIST, take_input, p) &&
-           cli_each("--engines", given(a->engines, default_engines(&p->session)), MAX_LIST, take_engine, p);
+    p->session.device = cli_given(a->device, NULL);
+    return cli_each("--sizes", cli_given(a->sizes, "128,256"), MAX_LIST, take_shape, p) &&
+           cli_each("--scenes", cli_given(a->scenes, "terrain,sparse,shell"), MAX_LIST, take_scene, p) &&
+           cli_each("--metrics", cli_given(a->metrics, "l1,l2"), MAX_LIST, take_metric, p) &&
+           cli_each("--types", cli_given(a->types, "u8,u16,f32,u32"), MAX_LIST, take_type, p) &&
+           cli_each("--inputs", cli_given(a->inputs, "u8"), MAX_LIST, take_input, p) &&
+           cli_each("--engines", cli_given(a->engines, default_engines(&p->session)), MAX_LIST, take_engine, p);
 }
 
 int command_bench(int argc, char **argv) {

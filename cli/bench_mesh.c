@@ -259,22 +259,19 @@ static void add_options(cli_args *args, mesh_args *a) {
     a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors"));
 }
 
-static const char *given(const struct arg_str *option, const char *otherwise) {
-    return option->count ? option->sval[0] : otherwise;
-}
-
 static bool read_numbers(const mesh_args *a, mesh_plan *p) {
     double warm_up = 0;
     int backend = 0;
-    if (!cli_uint32("--triangles", given(a->triangles, "86000"), 12, &p->triangles) ||
-        !cli_uint32("--frames", given(a->frames, "100"), 1, &p->limits.frames) ||
-        !cli_uint32("--moving", given(a->moving, "2"), 1, &p->moving) ||
-        !cli_uint32("--check", given(a->check, "400"), 0, &p->limits.samples) ||
-        !cli_double("--seconds", given(a->seconds, "5"), &p->limits.seconds) ||
-        !cli_double("--warm-up", given(a->warm_up, "1"), &warm_up) || !cli_double("--band", given(a->band, "3"), &p->band) ||
-        !cli_word("--flood", given(a->flood, "jfa"), bench_mesh_flood_words, &p->flood) ||
-        !cli_word("--sign", given(a->sign, "pseudonormal"), bench_mesh_sign_words, &p->sign) ||
-        !cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) ||
+    if (!cli_uint32("--triangles", cli_given(a->triangles, "86000"), 12, &p->triangles) ||
+        !cli_uint32("--frames", cli_given(a->frames, "100"), 1, &p->limits.frames) ||
+        !cli_uint32("--moving", cli_given(a->moving, "2"), 1, &p->moving) ||
+        !cli_uint32("--check", cli_given(a->check, "400"), 0, &p->limits.samples) ||
+        !cli_double("--seconds", cli_given(a->seconds, "5"), &p->limits.seconds) ||
+        !cli_double("--warm-up", cli_given(a->warm_up, "1"), &warm_up) ||
+        !cli_double("--band", cli_given(a->band, "3"), &p->band) ||
+        !cli_word("--flood", cli_given(a->flood, "jfa"), bench_mesh_flood_words, &p->flood) ||
+        !cli_word("--sign", cli_given(a->sign, "pseudonormal"), bench_mesh_sign_words, &p->sign) ||
+        !cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend) ||
         (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &p->session.threads))) {
         return false;
     }
@@ -288,21 +285,21 @@ static bool read_numbers(const mesh_args *a, mesh_plan *p) {
     }
     p->limits.warm_up_ms = warm_up * 1e3;
     p->session.backend = (fm_backend)backend;
-    p->session.device = given(a->device, NULL);
+    p->session.device = cli_given(a->device, NULL);
     return true;
 }
 
 static bool read_plan(const mesh_args *a, mesh_plan *p) {
-    *p = (mesh_plan){.csv = given(a->csv, NULL), .json = given(a->json, NULL)};
+    *p = (mesh_plan){.csv = cli_given(a->csv, NULL), .json = cli_given(a->json, NULL)};
     p->quiet = a->quiet->count > 0;
     p->still = a->still->count > 0;
-    return read_numbers(a, p) && cli_each("--mesh", given(a->mesh, "torus"), MAX_LIST, take_mesh, p) &&
-           cli_words("--mode", given(a->mode, "rtsdf,coarse,exact,compose,scene,build,refit"), bench_mesh_mode_words, MAX_LIST,
+    return read_numbers(a, p) && cli_each("--mesh", cli_given(a->mesh, "torus"), MAX_LIST, take_mesh, p) &&
+           cli_words("--mode", cli_given(a->mode, "rtsdf,coarse,exact,compose,scene,build,refit"), bench_mesh_mode_words, MAX_LIST,
                      p->modes, &p->mode_count) &&
-           cli_each("--size", given(a->size, "S,M,L"), MAX_LIST, take_size, p) &&
-           cli_each("--edge", given(a->edge, "256,512"), MAX_LIST, take_edge, p) &&
-           cli_each("--rays", given(a->rays, "0,1,5,10,15"), MAX_LIST, take_rays, p) &&
-           cli_each("--mask", given(a->mask, ".01,.05,.1,.5,inf"), MAX_LIST, take_mask, p);
+           cli_each("--size", cli_given(a->size, "S,M,L"), MAX_LIST, take_size, p) &&
+           cli_each("--edge", cli_given(a->edge, "256,512"), MAX_LIST, take_edge, p) &&
+           cli_each("--rays", cli_given(a->rays, "0,1,5,10,15"), MAX_LIST, take_rays, p) &&
+           cli_each("--mask", cli_given(a->mask, ".01,.05,.1,.5,inf"), MAX_LIST, take_mask, p);
 }
 
 int command_bench_mesh(int argc, char **argv) {

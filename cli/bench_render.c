@@ -246,19 +246,15 @@ static void add_options(cli_args *args, render_args *a) {
     a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors"));
 }
 
-static const char *given(const struct arg_str *option, const char *otherwise) {
-    return option->count ? option->sval[0] : otherwise;
-}
-
 static bool read_numbers(const render_args *a, render_plan *p) {
     double warm_up = 0;
     int backend = 0;
-    if (!cli_uint32("--cameras", given(a->cameras, "64"), 1, &p->cameras) ||
-        !cli_uint32("--rounds", given(a->rounds, "7"), 0, &p->limits.rounds) ||
-        !cli_uint32("--frames", given(a->frames, "500"), 1, &p->limits.frames) ||
-        !cli_double("--seconds", given(a->seconds, "5"), &p->limits.seconds) ||
-        !cli_double("--warm-up", given(a->warm_up, "1"), &warm_up) ||
-        !cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) ||
+    if (!cli_uint32("--cameras", cli_given(a->cameras, "64"), 1, &p->cameras) ||
+        !cli_uint32("--rounds", cli_given(a->rounds, "7"), 0, &p->limits.rounds) ||
+        !cli_uint32("--frames", cli_given(a->frames, "500"), 1, &p->limits.frames) ||
+        !cli_double("--seconds", cli_given(a->seconds, "5"), &p->limits.seconds) ||
+        !cli_double("--warm-up", cli_given(a->warm_up, "1"), &warm_up) ||
+        !cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend) ||
         (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &p->session.threads))) {
         return false;
     }
@@ -268,18 +264,18 @@ static bool read_numbers(const render_args *a, render_plan *p) {
     }
     p->limits.warm_up_ms = warm_up * 1e3;
     p->session.backend = (fm_backend)backend;
-    p->session.device = given(a->device, NULL);
+    p->session.device = cli_given(a->device, NULL);
     return true;
 }
 
 static bool read_plan(const render_args *a, render_plan *p) {
-    *p = (render_plan){.csv = given(a->csv, NULL), .json = given(a->json, NULL), .quiet = a->quiet->count > 0};
-    return read_numbers(a, p) && cli_each("--size", given(a->size, "512,1024"), MAX_LIST, take_shape, p) &&
-           cli_each("--picture", given(a->picture, "1280x720,1920x1080"), MAX_LIST, take_picture, p) &&
-           cli_each("--scene", given(a->scene, "terrain,city"), MAX_LIST, take_scene, p) &&
-           cli_each("--format", given(a->format, "packed,split-u8"), MAX_LIST, take_format, p) &&
-           cli_each("--mode", given(a->mode, "faces,shaded,edited"), MAX_LIST, take_mode, p) &&
-           cli_each("--march", given(a->march, "skip,box,plain"), MAX_LIST, take_march, p);
+    *p = (render_plan){.csv = cli_given(a->csv, NULL), .json = cli_given(a->json, NULL), .quiet = a->quiet->count > 0};
+    return read_numbers(a, p) && cli_each("--size", cli_given(a->size, "512,1024"), MAX_LIST, take_shape, p) &&
+           cli_each("--picture", cli_given(a->picture, "1280x720,1920x1080"), MAX_LIST, take_picture, p) &&
+           cli_each("--scene", cli_given(a->scene, "terrain,city"), MAX_LIST, take_scene, p) &&
+           cli_each("--format", cli_given(a->format, "packed,split-u8"), MAX_LIST, take_format, p) &&
+           cli_each("--mode", cli_given(a->mode, "faces,shaded,edited"), MAX_LIST, take_mode, p) &&
+           cli_each("--march", cli_given(a->march, "skip,box,plain"), MAX_LIST, take_march, p);
 }
 
 int command_bench_render(int argc, char **argv) {

@@ -123,24 +123,20 @@ static void add_options(cli_args *args, shadow_args *a) {
     a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors"));
 }
 
-static const char *given(const struct arg_str *option, const char *otherwise) {
-    return option->count ? option->sval[0] : otherwise;
-}
-
 static bool read_plan(const shadow_args *a, shadow_plan *p) {
-    *p = (shadow_plan){.csv = given(a->csv, NULL), .pictures = given(a->pictures, NULL), .quiet = a->quiet->count > 0};
+    *p = (shadow_plan){.csv = cli_given(a->csv, NULL), .pictures = cli_given(a->pictures, NULL), .quiet = a->quiet->count > 0};
     fm_shape picture;
     double light = 0;
     int backend = 0;
-    if (!cli_picture("--picture", given(a->picture, "1920x1080"), &picture) ||
-        !cli_uint32("--edge", given(a->edge, "256"), 8, &p->what.edge) ||
-        !cli_uint32("--triangles", given(a->triangles, "86000"), 100, &p->what.triangles) ||
-        !cli_uint32("--rays", given(a->rays, "5"), 0, &p->what.rays) ||
-        !cli_uint32("--map-edge", given(a->map_edge, "1024"), 16, &p->what.map_edge) ||
-        !cli_uint32("--truth", given(a->truth, "1024"), 1, &p->what.truth) ||
-        !cli_uint32("--frames", given(a->frames, "32"), 1, &p->what.frames) ||
-        !cli_double("--light", given(a->light, "3"), &light) ||
-        !cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) ||
+    if (!cli_picture("--picture", cli_given(a->picture, "1920x1080"), &picture) ||
+        !cli_uint32("--edge", cli_given(a->edge, "256"), 8, &p->what.edge) ||
+        !cli_uint32("--triangles", cli_given(a->triangles, "86000"), 100, &p->what.triangles) ||
+        !cli_uint32("--rays", cli_given(a->rays, "5"), 0, &p->what.rays) ||
+        !cli_uint32("--map-edge", cli_given(a->map_edge, "1024"), 16, &p->what.map_edge) ||
+        !cli_uint32("--truth", cli_given(a->truth, "1024"), 1, &p->what.truth) ||
+        !cli_uint32("--frames", cli_given(a->frames, "32"), 1, &p->what.frames) ||
+        !cli_double("--light", cli_given(a->light, "3"), &light) ||
+        !cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend) ||
         (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &p->session.threads))) {
         return false;
     }
@@ -155,7 +151,7 @@ static bool read_plan(const shadow_args *a, shadow_plan *p) {
     p->what.height = picture.y;
     p->what.light = (float)light;
     p->session.backend = (fm_backend)backend;
-    p->session.device = given(a->device, NULL);
+    p->session.device = cli_given(a->device, NULL);
     return true;
 }
 

@@ -338,13 +338,9 @@ static void add_options(cli_args *args, world_args *a) {
     a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors"));
 }
 
-static const char *given(const struct arg_str *option, const char *otherwise) {
-    return option->count ? option->sval[0] : otherwise;
-}
-
 static bool read_radius(const world_args *a, world_plan *p) {
     uint32_t *ends[2] = {&p->edits.least_radius, &p->edits.greatest_radius};
-    const char *text = given(a->radius, "1,16");
+    const char *text = cli_given(a->radius, "1,16");
     char least[16] = "";
     const size_t length = strcspn(text, ",");
     snprintf(least, sizeof least, "%.*s", (int)(length < 15 ? length : 15), text);
@@ -363,16 +359,17 @@ static bool read_numbers(const world_args *a, world_plan *p) {
     int64_t seed = 0, scene_seed = 0, check = 0;
     double copy_speed = 0;
     const char *many = p->targets ? "500" : "50", *full = p->targets ? "100" : "10", *interval = p->targets ? "0" : "200";
-    if (!cli_uint32("--edits", given(a->edits, "1"), 1, &p->edits.per_update) || !read_radius(a, p) ||
-        !cli_int64("--seed", given(a->seed, "0"), &seed) || !cli_int64("--scene-seed", given(a->scene_seed, "0"), &scene_seed) ||
-        !cli_double("--interval", given(a->interval, interval), &p->limits.interval_ms) ||
-        !cli_uint32("--frames", given(a->frames, many), 1, &p->limits.frames) ||
-        !cli_double("--seconds", given(a->seconds, "10"), &p->limits.seconds) ||
-        !cli_uint32("--full-runs", given(a->full_runs, full), 1, &p->limits.full_runs) ||
-        !cli_int64("--check", given(a->check, "0"), &check) ||
-        !cli_uint32("--check-every", given(a->check_every, "0"), 0, &p->limits.check_every) ||
-        !cli_uint32("--max-distance", given(a->max_distance, "0"), 0, &p->max_distance) ||
-        !cli_double("--copy-speed", given(a->copy_speed, "0"), &copy_speed) ||
+    if (!cli_uint32("--edits", cli_given(a->edits, "1"), 1, &p->edits.per_update) || !read_radius(a, p) ||
+        !cli_int64("--seed", cli_given(a->seed, "0"), &seed) ||
+        !cli_int64("--scene-seed", cli_given(a->scene_seed, "0"), &scene_seed) ||
+        !cli_double("--interval", cli_given(a->interval, interval), &p->limits.interval_ms) ||
+        !cli_uint32("--frames", cli_given(a->frames, many), 1, &p->limits.frames) ||
+        !cli_double("--seconds", cli_given(a->seconds, "10"), &p->limits.seconds) ||
+        !cli_uint32("--full-runs", cli_given(a->full_runs, full), 1, &p->limits.full_runs) ||
+        !cli_int64("--check", cli_given(a->check, "0"), &check) ||
+        !cli_uint32("--check-every", cli_given(a->check_every, "0"), 0, &p->limits.check_every) ||
+        !cli_uint32("--max-distance", cli_given(a->max_distance, "0"), 0, &p->max_distance) ||
+        !cli_double("--copy-speed", cli_given(a->copy_speed, "0"), &copy_speed) ||
         (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &p->session.threads))) {
         return false;
     }
@@ -402,7 +399,7 @@ static bool read_numbers(const world_args *a, world_plan *p) {
 
 static bool read_brushes(const world_args *a, world_plan *p) {
     int kinds[3], count;
-    const bool good = cli_words("--brushes", given(a->brushes, "sphere"), fm_brush_words, 3, kinds, &count);
+    const bool good = cli_words("--brushes", cli_given(a->brushes, "sphere"), fm_brush_words, 3, kinds, &count);
     for (int i = 0; good && i < count; i++) {
         p->edits.kinds[p->edits.kind_count++] = (fm_brush_kind)kinds[i];
     }
@@ -411,24 +408,24 @@ static bool read_brushes(const world_args *a, world_plan *p) {
 
 static bool read_lists(const world_args *a, world_plan *p) {
     int backend = 0, near = 0, far = 0;
-    if (!cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) ||
-        !cli_word("--near", given(a->near, "exact"), fm_world_algorithm_words, &near) ||
-        !cli_word("--far", given(a->far, "exact"), fm_world_algorithm_words, &far)) {
+    if (!cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend) ||
+        !cli_word("--near", cli_given(a->near, "exact"), fm_world_algorithm_words, &near) ||
+        !cli_word("--far", cli_given(a->far, "exact"), fm_world_algorithm_words, &far)) {
         return false;
     }
     p->session.backend = (fm_backend)backend;
-    p->session.device = given(a->device, NULL);
+    p->session.device = cli_given(a->device, NULL);
     p->near = (fm_world_algorithm)near;
     p->far = (fm_world_algorithm)far;
-    return cli_each("--size", given(a->size, p->targets ? "512,1024" : "64,128"), MAX_LIST, take_shape, p) &&
-           cli_words("--format", given(a->format, "packed"), fm_field_format_words, MAX_LIST, p->formats, &p->format_count) &&
-           cli_words("--algorithm", given(a->algorithm, "exact"), fm_world_algorithm_words, MAX_LIST, p->algorithms,
+    return cli_each("--size", cli_given(a->size, p->targets ? "512,1024" : "64,128"), MAX_LIST, take_shape, p) &&
+           cli_words("--format", cli_given(a->format, "packed"), fm_field_format_words, MAX_LIST, p->formats, &p->format_count) &&
+           cli_words("--algorithm", cli_given(a->algorithm, "exact"), fm_world_algorithm_words, MAX_LIST, p->algorithms,
                      &p->algorithm_count) &&
-           cli_each("--chunk", given(a->chunk, "32"), MAX_LIST, take_chunk, p) &&
-           cli_words("--border", given(a->border, "padding"), fm_world_border_words, MAX_LIST, p->borders, &p->border_count) &&
-           cli_words("--convergence", given(a->convergence, "device"), fm_world_convergence_words, MAX_LIST, p->convergences,
+           cli_each("--chunk", cli_given(a->chunk, "32"), MAX_LIST, take_chunk, p) &&
+           cli_words("--border", cli_given(a->border, "padding"), fm_world_border_words, MAX_LIST, p->borders, &p->border_count) &&
+           cli_words("--convergence", cli_given(a->convergence, "device"), fm_world_convergence_words, MAX_LIST, p->convergences,
                      &p->convergence_count) &&
-           cli_each("--focus", given(a->focus, "3"), MAX_LIST, take_focus, p) && read_brushes(a, p);
+           cli_each("--focus", cli_given(a->focus, "3"), MAX_LIST, take_focus, p) && read_brushes(a, p);
 }
 
 // Whether the lists have a combination that there is.
@@ -449,8 +446,8 @@ static bool check_methods(const world_plan *p) {
 }
 
 static bool read_start(const world_args *a, world_plan *p) {
-    const char *name = given(a->scene, "terrain");
-    p->input = given(a->input, NULL);
+    const char *name = cli_given(a->scene, "terrain");
+    p->input = cli_given(a->input, NULL);
     if (!files_input_desc(&a->file, &p->read)) {
         return false;
     }
@@ -483,10 +480,10 @@ static bool check_targets(const world_args *a, const world_plan *p) {
 }
 
 static bool read_outputs(const world_args *a, world_plan *p) {
-    p->csv = given(a->csv, NULL);
-    p->frames = given(a->frames_csv, NULL);
-    p->json = given(a->json, NULL);
-    p->plots = given(a->plots, NULL);
+    p->csv = cli_given(a->csv, NULL);
+    p->frames = cli_given(a->frames_csv, NULL);
+    p->json = cli_given(a->json, NULL);
+    p->plots = cli_given(a->plots, NULL);
     if (!p->plots) {
         return true;
     }

@@ -138,6 +138,10 @@ void cli_free(cli_args *args) {
     arg_freetable(args->entries, (size_t)args->count);
 }
 
+const char *cli_given(const struct arg_str *option, const char *otherwise) {
+    return option->count ? option->sval[0] : otherwise;
+}
+
 bool cli_double(const char *option, const char *text, double *value) {
     char *end;
     *value = strtod(text, &end);

@@ -40,6 +40,9 @@ void *cli_add(cli_args *args, void *entry);
 bool cli_parse(cli_args *args, const cli_help *help, int argc, char **argv, int *status);
 void cli_free(cli_args *args);
 
+// The option's word, or `otherwise` where it is not given.
+const char *cli_given(const struct arg_str *option, const char *otherwise);
+
 // Values of options. Each says what is wrong, naming `option`, and returns false on bad usage.
 bool cli_shape(const char *option, const char *text, fm_shape *shape);                   // "N" or "X,Y,Z"
 bool cli_triple(const char *option, const char *text, double values[3]);                 // "N" or "X,Y,Z"

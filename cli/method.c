@@ -19,10 +19,6 @@ void method_options_add(cli_args *args, method_options *o) {
     o->max_distance = cli_add(args, arg_str0(NULL, "max-distance", "D", "squared: greater distances become this; default none"));
 }
 
-static const char *given(const struct arg_str *option, const char *otherwise) {
-    return option->count ? option->sval[0] : otherwise;
-}
-
 static bool read_focus(const method_options *o, fm_world_method *method) {
     double place[3] = {0};
     if (o->focus_at->count && !cli_triple("--focus-at", o->focus_at->sval[0], place)) {
@@ -35,20 +31,20 @@ static bool read_focus(const method_options *o, fm_world_method *method) {
         }
         method->focus[i] = (int32_t)place[i];
     }
-    return cli_uint32("--focus", given(o->focus, "3"), 1, &method->focus_chunks);
+    return cli_uint32("--focus", cli_given(o->focus, "3"), 1, &method->focus_chunks);
 }
 
 bool method_options_read(const method_options *o, fm_world_desc *desc) {
     int algorithm = 0, border = 0, convergence = 0, format = 0, near = 0, far = 0;
     fm_world_method *method = &desc->method;
-    if (!cli_word("--algorithm", given(o->algorithm, "exact"), fm_world_algorithm_words, &algorithm) ||
-        !cli_word("--border", given(o->border, "padding"), fm_world_border_words, &border) ||
-        !cli_word("--convergence", given(o->convergence, "device"), fm_world_convergence_words, &convergence) ||
-        !cli_word("--format", given(o->format, "packed"), fm_field_format_words, &format) ||
-        !cli_word("--near", given(o->near, "exact"), fm_world_algorithm_words, &near) ||
-        !cli_word("--far", given(o->far, "exact"), fm_world_algorithm_words, &far) ||
-        !cli_chunk("--chunk", given(o->chunk, algorithm == FM_WORLD_SELECTIVE ? "32" : "0"), &method->chunk) ||
-        !cli_uint32("--max-distance", given(o->max_distance, "0"), 0, &desc->max_distance) || !read_focus(o, method)) {
+    if (!cli_word("--algorithm", cli_given(o->algorithm, "exact"), fm_world_algorithm_words, &algorithm) ||
+        !cli_word("--border", cli_given(o->border, "padding"), fm_world_border_words, &border) ||
+        !cli_word("--convergence", cli_given(o->convergence, "device"), fm_world_convergence_words, &convergence) ||
+        !cli_word("--format", cli_given(o->format, "packed"), fm_field_format_words, &format) ||
+        !cli_word("--near", cli_given(o->near, "exact"), fm_world_algorithm_words, &near) ||
+        !cli_word("--far", cli_given(o->far, "exact"), fm_world_algorithm_words, &far) ||
+        !cli_chunk("--chunk", cli_given(o->chunk, algorithm == FM_WORLD_SELECTIVE ? "32" : "0"), &method->chunk) ||
+        !cli_uint32("--max-distance", cli_given(o->max_distance, "0"), 0, &desc->max_distance) || !read_focus(o, method)) {
         return false;
     }
     desc->format = (fm_field_format)format;

@@ -205,12 +205,8 @@ static void add_options(cli_args *args, render_args *a) {
     a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors and what --stats asks for"));
 }
 
-static const char *given(const struct arg_str *option, const char *otherwise) {
-    return option->count ? option->sval[0] : otherwise;
-}
-
 static bool read_slice(const render_args *a, render_request *r) {
-    const char *text = given(a->slice, "z");
+    const char *text = cli_given(a->slice, "z");
     const char *axis = strchr("xyz", text[0]);
     double index = 0;
     r->slice_middle = text[0] && text[1] == '\0';
@@ -229,11 +225,11 @@ static bool read_look(const render_args *a, render_request *r) {
     int march = 0, view = 0, shadow = 0, occlusion = 0;
     fm_shape size;
     double sun[3] = {0};
-    if (!cli_word("--march", given(a->march, "skip"), fm_march_words, &march) ||
-        !cli_word("--view", given(a->view, "color"), fm_view_words, &view) ||
-        !cli_word("--shadow", given(a->shadow, "soft"), fm_shadow_words, &shadow) ||
-        !cli_word("--ao", given(a->occlusion, "on"), switches, &occlusion) ||
-        !cli_picture("--size", given(a->size, "1280x720"), &size) || !read_slice(a, r) ||
+    if (!cli_word("--march", cli_given(a->march, "skip"), fm_march_words, &march) ||
+        !cli_word("--view", cli_given(a->view, "color"), fm_view_words, &view) ||
+        !cli_word("--shadow", cli_given(a->shadow, "soft"), fm_shadow_words, &shadow) ||
+        !cli_word("--ao", cli_given(a->occlusion, "on"), switches, &occlusion) ||
+        !cli_picture("--size", cli_given(a->size, "1280x720"), &size) || !read_slice(a, r) ||
         (a->sun->count && !cli_triple("--sun", a->sun->sval[0], sun))) {
         return false;
     }
@@ -272,16 +268,16 @@ static bool read_world(const render_args *a, render_request *r) {
 
 static bool read_rest(const render_args *a, render_request *r) {
     int backend = 0;
-    r->out = given(a->out, NULL);
+    r->out = cli_given(a->out, NULL);
     r->stats = a->stats->count > 0;
     r->quiet = a->quiet->count > 0;
-    if (!cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) ||
-        !cli_double("--fps", given(a->fps, "30"), &r->fps) ||
+    if (!cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend) ||
+        !cli_double("--fps", cli_given(a->fps, "30"), &r->fps) ||
         (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &r->session.threads))) {
         return false;
     }
     r->session.backend = (fm_backend)backend;
-    r->session.device = given(a->device, NULL);
+    r->session.device = cli_given(a->device, NULL);
     const pictures where = pictures_of(r);
     const char *wrong = pictures_wrong(&where);
     if (!r->out && !r->stats) {

@@ -230,14 +230,10 @@ static void add_options(cli_args *args, shot_args *a) {
     a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors and what --stats asks for"));
 }
 
-static const char *given(const struct arg_str *option, const char *otherwise) {
-    return option->count ? option->sval[0] : otherwise;
-}
-
 static bool read_light(const shot_args *a, shot *s) {
     double way[3] = {0.48, -0.56, 0.6757}, size = 2;
     if ((a->light->count && !cli_triple("--sun", a->light->sval[0], way)) ||
-        !cli_double("--sun-size", given(a->light_size, "2"), &size)) {
+        !cli_double("--sun-size", cli_given(a->light_size, "2"), &size)) {
         return false;
     }
     if (!(size >= 0 && size < 45)) {
@@ -280,17 +276,18 @@ static bool read_shot(const shot_args *a, shot *s) {
     fm_shape size;
     s->stats = a->stats->count > 0;
     s->quiet = a->quiet->count > 0;
-    s->pictures = (pictures){.out = given(a->out, NULL), .fps = 30};
-    if (!cli_picture("--size", given(a->size, "1280x720"), &size) || !path_options_read(&a->path, &s->path) ||
+    s->pictures = (pictures){.out = cli_given(a->out, NULL), .fps = 30};
+    if (!cli_picture("--size", cli_given(a->size, "1280x720"), &size) || !path_options_read(&a->path, &s->path) ||
         (a->fps->count && !cli_double("--fps", a->fps->sval[0], &s->pictures.fps)) ||
-        !cli_uint32("--edge", given(a->edge, "256"), 2 * MARGIN + 1, &s->edge) ||
-        !cli_word("--up", given(a->up, "z"), up_words, &up) ||
-        !cli_word("--surface", given(a->surface, "field"), surface_words, &surface) ||
-        !cli_word("--shadow", given(a->shadow, "cone"), shadow_words, &shadow) ||
-        !cli_word("--view", given(a->view, "color"), view_words, &view) || !read_light(a, s) ||
-        !cli_uint32("--samples", given(a->samples, shadow == FM_SHADOWS_DISTRIBUTED ? "256" : "1"), 1, &s->desc.samples) ||
-        !cli_double("--level", given(a->level, "0"), &s->level) || !cli_uint32("--blend", given(a->blend, "16"), 1, &s->blend) ||
-        !cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend) ||
+        !cli_uint32("--edge", cli_given(a->edge, "256"), 2 * MARGIN + 1, &s->edge) ||
+        !cli_word("--up", cli_given(a->up, "z"), up_words, &up) ||
+        !cli_word("--surface", cli_given(a->surface, "field"), surface_words, &surface) ||
+        !cli_word("--shadow", cli_given(a->shadow, "cone"), shadow_words, &shadow) ||
+        !cli_word("--view", cli_given(a->view, "color"), view_words, &view) || !read_light(a, s) ||
+        !cli_uint32("--samples", cli_given(a->samples, shadow == FM_SHADOWS_DISTRIBUTED ? "256" : "1"), 1, &s->desc.samples) ||
+        !cli_double("--level", cli_given(a->level, "0"), &s->level) ||
+        !cli_uint32("--blend", cli_given(a->blend, "16"), 1, &s->blend) ||
+        !cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend) ||
         (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &s->wanted.threads))) {
         return false;
     }
@@ -300,7 +297,7 @@ static bool read_shot(const shot_args *a, shot *s) {
     }
     s->y_up = up == 1;
     s->wanted.backend = (fm_backend)backend;
-    s->wanted.device = given(a->device, NULL);
+    s->wanted.device = cli_given(a->device, NULL);
     s->desc.width = s->pictures.width = size.x;
     s->desc.height = s->pictures.height = size.y;
     s->pictures.frames = s->path.frames;

@@ -248,13 +248,9 @@ static void add_options(cli_args *args, world_args *a) {
     a->json = cli_add(args, arg_lit0(NULL, "json", "print the report as JSON"));
 }
 
-static const char *given(const struct arg_str *option, const char *otherwise) {
-    return option->count ? option->sval[0] : otherwise;
-}
-
 static bool read_start(const world_args *a, world_request *r) {
     int64_t seed = 0;
-    r->in = given(a->in, NULL);
+    r->in = cli_given(a->in, NULL);
     if (r->in && (a->scene->count || a->size->count)) {
         cli_usage("world: IN is given with --scene or --size: the file has its own voxels and size");
         return false;
@@ -269,7 +265,7 @@ static bool read_start(const world_args *a, world_request *r) {
             return false;
         }
     }
-    if (!cli_int64("--scene-seed", given(a->scene_seed, "0"), &seed)) {
+    if (!cli_int64("--scene-seed", cli_given(a->scene_seed, "0"), &seed)) {
         return false;
     }
     r->scene_desc.seed = (uint64_t)seed;
@@ -308,9 +304,9 @@ static bool read_types(const world_args *a, world_request *r) {
 }
 
 static bool read_outputs(const world_args *a, world_request *r) {
-    r->voxels = given(a->voxels, NULL);
-    r->field = given(a->field, NULL);
-    r->slice = given(a->slice, NULL);
+    r->voxels = cli_given(a->voxels, NULL);
+    r->field = cli_given(a->field, NULL);
+    r->slice = cli_given(a->slice, NULL);
     r->write.compress = a->compress->count > 0;
     r->check = a->check->count > 0;
     r->quiet = a->quiet->count > 0;
@@ -333,11 +329,11 @@ static bool read_outputs(const world_args *a, world_request *r) {
 
 static bool read_backend(const world_args *a, world_request *r) {
     int backend = 0;
-    if (!cli_word("--backend", given(a->backend, "auto"), fm_backend_words, &backend)) {
+    if (!cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend)) {
         return false;
     }
     r->session.backend = (fm_backend)backend;
-    r->session.device = given(a->device, NULL);
+    r->session.device = cli_given(a->device, NULL);
     return !a->threads->count || cli_uint32("--threads", a->threads->sval[0], 1, &r->session.threads);
 }
 

@@ -48,52 +48,48 @@ static bool fm_mesh_blocked(const fm_defer_scene *scene, fm_v3 origin, fm_v3 way
 
 #include "shaders/include/defer_pixel.h"
 
-typedef struct job {
+typedef struct job job;
+typedef struct place place;
+
+struct job {
     const fm_deferred_desc *desc;
     const fm_defer_scene *scene;
     fm_deferred_room *room;
     uint32_t cascade;
     bool down;  // the blur's direction
     float *next_history;
-} job;
+    void (*pixel)(const job *j, place p);  // of the pass
+};
 
-static void surface_rows(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
-    (void)worker;
-    const job *j = user;
-    const int32_t width = j->scene->width;
-    for (uint64_t y = begin; y < end; y++) {
-        for (int32_t x = 0; x < width; x++) {
-            j->room->surfaces[y * (uint64_t)width + (uint64_t)x] =
-                fm_surface_pixel(j->scene, x, (int32_t)y, (int32_t)j->desc->surface);
-        }
-    }
+struct place {
+    int32_t x, y;
+    uint64_t at;  // its number in the picture
+};
+
+static void surface_pixel(const job *j, place p) {
+    j->room->surfaces[p.at] = fm_surface_pixel(j->scene, p.x, p.y, (int32_t)j->desc->surface);
 }
 
-static void light_rows(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
-    (void)worker;
-    const job *j = user;
-    const int32_t width = j->scene->width;
-    for (uint64_t y = begin; y < end; y++) {
-        for (int32_t x = 0; x < width; x++) {
-            const uint64_t at = y * (uint64_t)width + (uint64_t)x;
-            const fm_lit lit =
-                fm_light_pixel(j->scene, x, (int32_t)y, j->room->surfaces[at], (int32_t)j->desc->shadows, (int32_t)j->desc->view);
-            memcpy(j->room->light + 4 * at, &lit, sizeof lit);
-        }
-    }
+static void light_pixel(const job *j, place p) {
+    const fm_lit lit =
+        fm_light_pixel(j->scene, p.x, p.y, j->room->surfaces[p.at], (int32_t)j->desc->shadows, (int32_t)j->desc->view);
+    memcpy(j->room->light + 4 * p.at, &lit, sizeof lit);
 }
 
-static void resolve_rows(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
+static void resolve_pixel(const job *j, place p) {
+    const fm_v3 color = fm_resolved(j->scene, p.x, p.y, j->room->surfaces[p.at]);
+    j->room->picture[p.at] = fm_pixel_bytes(color);
+    memcpy(j->next_history + 4 * p.at, &color, sizeof color);
+    j->next_history[4 * p.at + 3] = 0;
+}
+
+static void pixel_rows(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
     (void)worker;
     const job *j = user;
     const int32_t width = j->scene->width;
     for (uint64_t y = begin; y < end; y++) {
         for (int32_t x = 0; x < width; x++) {
-            const uint64_t at = y * (uint64_t)width + (uint64_t)x;
-            const fm_v3 color = fm_resolved(j->scene, x, (int32_t)y, j->room->surfaces[at]);
-            j->room->picture[at] = fm_pixel_bytes(color);
-            memcpy(j->next_history + 4 * at, &color, sizeof color);
-            j->next_history[4 * at + 3] = 0;
+            j->pixel(j, (place){x, (int32_t)y, y * (uint64_t)width + (uint64_t)x});
         }
     }
 }
@@ -241,11 +237,14 @@ fm_result fm_host_deferred(fm_deferred *deferred, fm_deferred_picture *picture) 
     if (maps) {
         make_shadow_map(context, &j);
     }
-    fm_pool_run(context->pool, picture->desc.height, 1, surface_rows, &j);
+    j.pixel = surface_pixel;
+    fm_pool_run(context->pool, picture->desc.height, 1, pixel_rows, &j);
     fm_passes_end(context, "surface", pixels * sizeof(fm_defer_surface));
-    fm_pool_run(context->pool, picture->desc.height, 1, light_rows, &j);
+    j.pixel = light_pixel;
+    fm_pool_run(context->pool, picture->desc.height, 1, pixel_rows, &j);
     fm_passes_end(context, "light", pixels * (sizeof(fm_defer_surface) + 16));
-    fm_pool_run(context->pool, picture->desc.height, 8, resolve_rows, &j);
+    j.pixel = resolve_pixel;
+    fm_pool_run(context->pool, picture->desc.height, 8, pixel_rows, &j);
     fm_passes_end(context, "resolve", pixels * (sizeof(fm_defer_surface) + 36));
     return FM_OK;
 }
