@@ -45,15 +45,15 @@ FM_RULE fm_compose_cell fm_compose_find(fm_compose_object object, int x, int y, 
     cell.inside = 1;
     for (int axis = 0; axis < 3; axis++) {
         const int row = 4 * axis;
-        FM_PRECISE float along_x = object.to_local[row] * FM_TO_FLOAT(x);
-        FM_PRECISE float along_y = object.to_local[row + 1] * FM_TO_FLOAT(y);
-        FM_PRECISE float along_z = object.to_local[row + 2] * FM_TO_FLOAT(z);
+        FM_PRECISE float along_x = object.to_local[row] * FM_F(x);
+        FM_PRECISE float along_y = object.to_local[row + 1] * FM_F(y);
+        FM_PRECISE float along_z = object.to_local[row + 2] * FM_F(z);
         FM_PRECISE float place = ((along_x + along_y) + along_z) + object.to_local[row + 3];
         const int last = object.shape[axis] - 1;
-        cell.inside = place >= 0.0f && place <= FM_TO_FLOAT(last) ? cell.inside : 0;
+        cell.inside = place >= 0.0f && place <= FM_F(last) ? cell.inside : 0;
         const int whole = fm_voxel_clamp(place, 0, last);
         cell.first[axis] = whole < last ? whole : last - 1;
-        FM_PRECISE float weight = place - FM_TO_FLOAT(cell.first[axis]);
+        FM_PRECISE float weight = place - FM_F(cell.first[axis]);
         cell.weight[axis] = weight;
     }
     return cell;

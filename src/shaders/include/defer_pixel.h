@@ -8,15 +8,15 @@
 #include "defer_rule.h"
 
 // Along pixel (x, y), which need not be whole.
-FM_DEFER fm_v3 fm_place_ray(FM_SCENE, fm_float x, fm_float y) {
+FM_RULE fm_v3 fm_place_ray(FM_SCENE, fm_float x, fm_float y) {
     return fm_add(fm_add(FM_V3_FROM(corner), fm_times(FM_V3_FROM(right), x)), fm_times(FM_V3_FROM(down), y));
 }
 
-FM_DEFER fm_v3 fm_pixel_ray(FM_SCENE, fm_int x, fm_int y) {
+FM_RULE fm_v3 fm_pixel_ray(FM_SCENE, fm_int x, fm_int y) {
     return fm_place_ray(FM_WITH, FM_F(x), FM_F(y));
 }
 
-FM_DEFER fm_defer_surface fm_surface_pixel(FM_SCENE, fm_int x, fm_int y, fm_int kind) {
+FM_RULE fm_defer_surface fm_surface_pixel(FM_SCENE, fm_int x, fm_int y, fm_int kind) {
     fm_v3 origin = FM_V3_FROM(origin), way = fm_unit(fm_pixel_ray(FM_WITH, x, y)), normal = fm_times(way, -1.0f);
     fm_defer_surface s;
     s.depth = FM_INFINITY_F;
@@ -45,12 +45,12 @@ FM_DEFER fm_defer_surface fm_surface_pixel(FM_SCENE, fm_int x, fm_int y, fm_int 
     return s;
 }
 
-FM_DEFER fm_float fm_ray_share(FM_SCENE, fm_v3 origin, fm_v3 way, fm_float far) {
+FM_RULE fm_float fm_ray_share(FM_SCENE, fm_v3 origin, fm_v3 way, fm_float far) {
     // A light's own place is no obstacle.
     return fm_mesh_blocked(FM_WITH, origin, way, 0.0f, FM_MIN(far, 1e30f) * 0.9999f) ? 0.0f : 1.0f;
 }
 
-FM_DEFER fm_share fm_shadow_share(FM_SCENE, fm_v3 at, fm_v3 normal, fm_lit_from light, fm_int shadows, fm_uint seed) {
+FM_RULE fm_share fm_shadow_share(FM_SCENE, fm_v3 at, fm_v3 normal, fm_lit_from light, fm_int shadows, fm_uint seed) {
     fm_v3 way = fm_v3_of(light.way[0], light.way[1], light.way[2]), lifted = fm_add(at, fm_times(normal, FM_GET(lift)));
     fm_float turn = fm_chance(seed, FM_GET(frame));
     fm_share result;
@@ -91,13 +91,13 @@ FM_PUSH_STRUCT(fm_lit) {
     fm_float share;  // of the first light; below 0: no surface
 };
 
-FM_DEFER fm_v3 fm_heat(fm_float value) {
+FM_RULE fm_v3 fm_heat(fm_float value) {
     fm_float v = FM_MIN(FM_MAX(value, 0.0f), 1.0f);
     fm_v3 cold = fm_v3_of(0.02f, 0.03f, 0.15f), warm = fm_v3_of(0.80f, 0.25f, 0.10f), hot = fm_v3_of(1.0f, 0.95f, 0.55f);
     return v < 0.5f ? fm_blend(cold, warm, 2 * v) : fm_blend(warm, hot, 2 * v - 1);
 }
 
-FM_DEFER fm_lit fm_lit_of(fm_v3 color, fm_float share) {
+FM_RULE fm_lit fm_lit_of(fm_v3 color, fm_float share) {
     fm_lit lit;
     lit.color[0] = color.x;
     lit.color[1] = color.y;
@@ -106,7 +106,7 @@ FM_DEFER fm_lit fm_lit_of(fm_v3 color, fm_float share) {
     return lit;
 }
 
-FM_DEFER fm_lit fm_light_pixel(FM_SCENE, fm_int x, fm_int y, fm_defer_surface s, fm_int shadows, fm_int view) {
+FM_RULE fm_lit fm_light_pixel(FM_SCENE, fm_int x, fm_int y, fm_defer_surface s, fm_int shadows, fm_int view) {
     if (!(s.depth < FM_INFINITY_F)) {
         fm_v3 sky = view == FM_GPU_DEFERRED_SHADED ? fm_open_sky(fm_pixel_ray(FM_WITH, x, y)) : fm_v3_of(0.01f, 0.01f, 0.01f);
         return fm_lit_of(view == FM_GPU_DEFERRED_STEPS ? fm_heat(FM_F(s.steps) * (1.0f / 96)) : sky, -1.0f);
@@ -145,14 +145,14 @@ FM_PUSH_STRUCT(fm_past) {
     fm_uint there;  // 0: the place was out of sight
 };
 
-FM_DEFER fm_v3 fm_light_at(FM_SCENE, fm_int x, fm_int y) {
+FM_RULE fm_v3 fm_light_at(FM_SCENE, fm_int x, fm_int y) {
     fm_int cx = FM_LEAST(FM_MOST(x, 0), FM_GET(width) - 1), cy = FM_LEAST(FM_MOST(y, 0), FM_GET(height) - 1);
     uint64_t at = 4 * (FM_LONG(cy) * FM_LONG(FM_GET(width)) + FM_LONG(cx));
     return fm_v3_of(FM_LIGHT(at), FM_LIGHT(at + 1), FM_LIGHT(at + 2));
 }
 
 // What the picture before showed `way` from the camera now: between the four pixels around.
-FM_DEFER fm_past fm_past_of(FM_SCENE, fm_v3 way) {
+FM_RULE fm_past fm_past_of(FM_SCENE, fm_v3 way) {
     fm_past past;
     past.there = 0u;
     fm_v3 from = fm_less(fm_add(way, FM_V3_FROM(origin)), FM_V3_FROM(old_origin));
@@ -179,7 +179,7 @@ FM_DEFER fm_past fm_past_of(FM_SCENE, fm_v3 way) {
 
 // The picture's colour at a pixel, linear. What was before is kept within the colours around the pixel now, so that it fades where
 // light has changed. Source: Karis 2014, "High-quality temporal supersampling".
-FM_DEFER fm_v3 fm_resolved(FM_SCENE, fm_int x, fm_int y, fm_defer_surface s) {
+FM_RULE fm_v3 fm_resolved(FM_SCENE, fm_int x, fm_int y, fm_defer_surface s) {
     fm_v3 now = fm_light_at(FM_WITH, x, y);
     if (FM_GET(blend) == 0u) {
         return now;
@@ -201,7 +201,7 @@ FM_DEFER fm_v3 fm_resolved(FM_SCENE, fm_int x, fm_int y, fm_defer_surface s) {
     return fm_blend(now, kept, FM_HISTORY_PART);
 }
 
-FM_DEFER fm_uint fm_pixel_bytes(fm_v3 light) {
+FM_RULE fm_uint fm_pixel_bytes(fm_v3 light) {
     return FM_U(fm_shown(light.x) * 255 + 0.5f) | FM_U(fm_shown(light.y) * 255 + 0.5f) << 8 |
            FM_U(fm_shown(light.z) * 255 + 0.5f) << 16 | 0xff000000u;
 }
@@ -211,7 +211,7 @@ FM_DEFER fm_uint fm_pixel_bytes(fm_v3 light) {
 // ---------------------------------------------------------------------------------------------------------------------------
 
 // How deep a texel's ray goes, as a part of the box.
-FM_DEFER fm_float fm_map_depth(FM_SCENE, fm_int cascade, fm_int x, fm_int y) {
+FM_RULE fm_float fm_map_depth(FM_SCENE, fm_int cascade, fm_int x, fm_int y) {
     fm_defer_cascade box = FM_GET(cascades)[cascade];
     fm_v3 origin = fm_add(fm_add(fm_v3_of(box.corner[0], box.corner[1], box.corner[2]),
                                  fm_times(fm_v3_of(box.right[0], box.right[1], box.right[2]), FM_F(x))),
@@ -221,7 +221,7 @@ FM_DEFER fm_float fm_map_depth(FM_SCENE, fm_int cascade, fm_int x, fm_int y) {
 }
 
 // Weight of a texel `off` away in the blur: a Gaussian of a third of its reach.
-FM_DEFER fm_float fm_blur_weight(fm_int off) {
+FM_RULE fm_float fm_blur_weight(fm_int off) {
     fm_float part = 3 * FM_F(off) / (FM_F(FM_MAP_BLUR) + 1);
     return FM_EXP(-0.5f * part * part);
 }

@@ -2,117 +2,33 @@
 #ifndef FM_DEFER_RULE_H
 #define FM_DEFER_RULE_H
 
-// Surfaces and shadows from a field, lights and shadow maps: one text for C and GLSL. Where the two differ stands first: vectors,
-// the picture's constants (FM_GET), a texel of the field and a moment of the shadow map.
+// Surfaces and shadows from a field, lights and shadow maps: one text for C and GLSL. Where the two differ stands first: the
+// picture's constants (FM_GET), a texel of the field and a moment of the shadow map.
 
 #include "defer_shared.h"
+#include "rule.h"
 
 #ifdef __STDC__
-#include <math.h>
-typedef struct fm_v3 {
-    float x, y, z;
-} fm_v3;
-#define FM_DEFER static inline
 #define FM_SCENE const fm_defer_scene *scene
 #define FM_WITH scene
 #define FM_GET(member) (scene->member)
 #define FM_TEXEL(at) (((const float *)(uintptr_t)scene->field)[at])
 #define FM_MOMENT(at) (((const float *)(uintptr_t)scene->map)[at])
-#define FM_F(x) ((float)(x))
-#define FM_I(x) ((int)(x))
-#define FM_U(x) ((uint32_t)(x))
-#define FM_LONG(x) ((uint64_t)(x))
-#define FM_MIN(a, b) fminf(a, b)
-#define FM_MAX(a, b) fmaxf(a, b)
-#define FM_LEAST(a, b) ((a) < (b) ? (a) : (b))
-#define FM_MOST(a, b) ((a) > (b) ? (a) : (b))
-#define FM_SQRT(x) sqrtf(x)
-#define FM_FLOOR_OF(x) floorf(x)
-#define FM_SIZE_OF(x) fabsf(x)
-#define FM_EXP(x) expf(x)
-#define FM_COS(x) cosf(x)
-#define FM_SIN(x) sinf(x)
-#define FM_ARCSIN(x) asinf(x)
-#define FM_INFINITY_F INFINITY
-static inline fm_v3 fm_v3_of(float x, float y, float z) {
-    return (fm_v3){x, y, z};
-}
-static inline fm_v3 fm_add(fm_v3 a, fm_v3 b) {
-    return (fm_v3){a.x + b.x, a.y + b.y, a.z + b.z};
-}
-static inline fm_v3 fm_less(fm_v3 a, fm_v3 b) {
-    return (fm_v3){a.x - b.x, a.y - b.y, a.z - b.z};
-}
-static inline fm_v3 fm_times(fm_v3 a, float s) {
-    return (fm_v3){a.x * s, a.y * s, a.z * s};
-}
-static inline float fm_dot(fm_v3 a, fm_v3 b) {
-    return a.x * b.x + a.y * b.y + a.z * b.z;
-}
 #else
-#define fm_v3 vec3
-#define FM_DEFER
 #define FM_SCENE uint unused
 #define FM_WITH 0u
 #define FM_GET(member) (ref_scene(push.scene).v.member)
 #define FM_TEXEL(at) (ref_f32(ref_scene(push.scene).v.field + (at)*4).v)
 #define FM_MOMENT(at) (ref_f32(ref_scene(push.scene).v.map + (at)*4).v)
-#define FM_F(x) float(x)
-#define FM_I(x) int(x)
-#define FM_U(x) uint(x)
-#define FM_LONG(x) uint64_t(x)
-#define FM_MIN(a, b) min(a, b)
-#define FM_MAX(a, b) max(a, b)
-#define FM_LEAST(a, b) min(a, b)
-#define FM_MOST(a, b) max(a, b)
-#define FM_SQRT(x) sqrt(x)
-#define FM_FLOOR_OF(x) floor(x)
-#define FM_SIZE_OF(x) abs(x)
-#define FM_EXP(x) exp(x)
-#define FM_COS(x) cos(x)
-#define FM_SIN(x) sin(x)
-#define FM_ARCSIN(x) asin(x)
-#define FM_INFINITY_F (1.0 / 0.0)
-#define fm_v3_of vec3
-#define fm_add(a, b) ((a) + (b))
-#define fm_less(a, b) ((a) - (b))
-#define fm_times(a, s) ((a) * (s))
-#define fm_dot(a, b) dot(a, b)
 #endif
 
 #define FM_V3_FROM(member) fm_v3_of(FM_GET(member)[0], FM_GET(member)[1], FM_GET(member)[2])
-
-FM_DEFER fm_v3 fm_unit(fm_v3 a) {
-    fm_float length2 = fm_dot(a, a);
-    return length2 > 0 ? fm_times(a, 1 / FM_SQRT(length2)) : a;
-}
-
-FM_DEFER fm_v3 fm_cross(fm_v3 a, fm_v3 b) {
-    return fm_v3_of(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-}
-
-// Two directions at right angles to a unit vector and to each other; the second is the first's cross product with it.
-FM_DEFER fm_v3 fm_beside(fm_v3 way) {
-    fm_v3 other = FM_SIZE_OF(way.x) < 0.6f ? fm_v3_of(1, 0, 0) : fm_v3_of(0, 1, 0);
-    return fm_unit(fm_cross(way, other));
-}
-
-// A number from 0 to 1, below 1. Source: Jarzynski and Olano 2020, "Hash functions for GPU rendering" (PCG).
-FM_DEFER fm_uint fm_scramble(fm_uint value) {
-    fm_uint state = value * 747796405u + 2891336453u;
-    fm_uint word = ((state >> ((state >> 28) + 4u)) ^ state) * 277803737u;
-    return (word >> 22) ^ word;
-}
-
-FM_DEFER fm_float fm_chance(fm_uint a, fm_uint b) {
-    return FM_F(fm_scramble(fm_scramble(a) ^ b) >> 8) * (1.0f / 16777216.0f);
-}
 
 // ---------------------------------------------------------------------------------------------------------------------------
 // The field
 // ---------------------------------------------------------------------------------------------------------------------------
 
-FM_DEFER fm_float fm_texel(FM_SCENE, fm_int x, fm_int y, fm_int z) {
+FM_RULE fm_float fm_texel(FM_SCENE, fm_int x, fm_int y, fm_int z) {
     fm_int cx = FM_LEAST(FM_MOST(x, 0), FM_GET(shape)[0] - 1);
     fm_int cy = FM_LEAST(FM_MOST(y, 0), FM_GET(shape)[1] - 1);
     fm_int cz = FM_LEAST(FM_MOST(z, 0), FM_GET(shape)[2] - 1);
@@ -122,7 +38,7 @@ FM_DEFER fm_float fm_texel(FM_SCENE, fm_int x, fm_int y, fm_int z) {
 }
 
 // A world position in texels.
-FM_DEFER fm_v3 fm_to_texels(FM_SCENE, fm_v3 at) {
+FM_RULE fm_v3 fm_to_texels(FM_SCENE, fm_v3 at) {
     return fm_v3_of((at.x - FM_GET(field_origin)[0]) * FM_GET(field_scale)[0],
                     (at.y - FM_GET(field_origin)[1]) * FM_GET(field_scale)[1],
                     (at.z - FM_GET(field_origin)[2]) * FM_GET(field_scale)[2]);
@@ -135,7 +51,7 @@ FM_PUSH_STRUCT(fm_cell) {
     fm_float part[3];
 };
 
-FM_DEFER fm_cell fm_cell_of(FM_SCENE, fm_v3 texel) {
+FM_RULE fm_cell fm_cell_of(FM_SCENE, fm_v3 texel) {
     fm_cell cell;
     fm_float at[3];
     at[0] = texel.x;
@@ -153,17 +69,17 @@ FM_DEFER fm_cell fm_cell_of(FM_SCENE, fm_v3 texel) {
     return cell;
 }
 
-FM_DEFER fm_float fm_lerp(fm_float a, fm_float b, fm_float t) {
+FM_RULE fm_float fm_lerp(fm_float a, fm_float b, fm_float t) {
     return a + (b - a) * t;
 }
 
-FM_DEFER fm_float fm_cell_value(fm_cell c) {
+FM_RULE fm_float fm_cell_value(fm_cell c) {
     fm_float low = fm_lerp(fm_lerp(c.v[0], c.v[1], c.part[0]), fm_lerp(c.v[2], c.v[3], c.part[0]), c.part[1]);
     fm_float high = fm_lerp(fm_lerp(c.v[4], c.v[5], c.part[0]), fm_lerp(c.v[6], c.v[7], c.part[0]), c.part[1]);
     return fm_lerp(low, high, c.part[2]);
 }
 
-FM_DEFER fm_float fm_field_at(FM_SCENE, fm_v3 at) {
+FM_RULE fm_float fm_field_at(FM_SCENE, fm_v3 at) {
     return fm_cell_value(fm_cell_of(FM_WITH, fm_to_texels(FM_WITH, at)));
 }
 
@@ -172,7 +88,7 @@ FM_PUSH_STRUCT(fm_span) {
     fm_float first, last;
 };
 
-FM_DEFER fm_span fm_box_span(FM_SCENE, fm_v3 origin, fm_v3 way, fm_float first, fm_float last) {
+FM_RULE fm_span fm_box_span(FM_SCENE, fm_v3 origin, fm_v3 way, fm_float first, fm_float last) {
     fm_v3 o = fm_to_texels(FM_WITH, origin);
     fm_float from[3], along[3];
     from[0] = o.x;
@@ -202,7 +118,7 @@ FM_PUSH_STRUCT(fm_cubic) {
     fm_float c[4];
 };
 
-FM_DEFER fm_cubic fm_cell_cubic(fm_cell cell, fm_v3 along) {
+FM_RULE fm_cubic fm_cell_cubic(fm_cell cell, fm_v3 along) {
     fm_float k0 = cell.v[0], kx = cell.v[1] - cell.v[0], ky = cell.v[2] - cell.v[0], kz = cell.v[4] - cell.v[0];
     fm_float kxy = cell.v[3] - cell.v[2] - kx, kxz = cell.v[5] - cell.v[4] - kx, kyz = cell.v[6] - cell.v[4] - ky;
     fm_float kxyz = cell.v[7] - cell.v[6] - cell.v[5] + cell.v[4] - kxy;
@@ -216,12 +132,12 @@ FM_DEFER fm_cubic fm_cell_cubic(fm_cell cell, fm_v3 along) {
     return r;
 }
 
-FM_DEFER fm_float fm_cubic_at(fm_cubic f, fm_float s) {
+FM_RULE fm_float fm_cubic_at(fm_cubic f, fm_float s) {
     return ((f.c[3] * s + f.c[2]) * s + f.c[1]) * s + f.c[0];
 }
 
 // The place between low and high, at which f has other signs, where it is 0: false position with its ends halved (Illinois).
-FM_DEFER fm_float fm_cubic_zero(fm_cubic f, fm_float low, fm_float high) {
+FM_RULE fm_float fm_cubic_zero(fm_cubic f, fm_float low, fm_float high) {
     fm_float a = low, b = high, fa = fm_cubic_at(f, a), fb = fm_cubic_at(f, b);
     for (fm_int i = 0; i < 12 && b - a > 1e-6f * high; i++) {
         fm_float s = FM_MIN(FM_MAX((a * fb - b * fa) / (fb - fa), a), b);
@@ -242,7 +158,7 @@ FM_DEFER fm_float fm_cubic_zero(fm_cubic f, fm_float low, fm_float high) {
 // The first s in 0 ... last at which f falls to 0 or is no more; below 0: none. Between its extrema f is monotone, so that three
 // pieces are looked at. Source: Marmitt et al. 2004, "Fast and accurate ray-voxel intersection techniques for iso-surface ray
 // tracing".
-FM_DEFER fm_float fm_cubic_first(fm_cubic f, fm_float last) {
+FM_RULE fm_float fm_cubic_first(fm_cubic f, fm_float last) {
     if (f.c[0] <= 0) {
         return 0;
     }
@@ -272,7 +188,7 @@ FM_PUSH_STRUCT(fm_found) {
 };
 
 // How long a ray stays in a cell.
-FM_DEFER fm_float fm_cell_way(fm_cell cell, fm_v3 along) {
+FM_RULE fm_float fm_cell_way(fm_cell cell, fm_v3 along) {
     fm_float b[3];
     b[0] = along.x;
     b[1] = along.y;
@@ -288,7 +204,7 @@ FM_DEFER fm_float fm_cell_way(fm_cell cell, fm_v3 along) {
 
 // Where the ray first meets the surface of the field; `way` of length 1. A ray that begins inside has met it. No surface is nearer
 // to a corner of a cell than its value says, so none is nearer to any place in the cell than that less the cell's diagonal.
-FM_DEFER fm_found fm_field_surface(FM_SCENE, fm_v3 origin, fm_v3 way) {
+FM_RULE fm_found fm_field_surface(FM_SCENE, fm_v3 origin, fm_v3 way) {
     fm_span span = fm_box_span(FM_WITH, origin, way, 0.0f, 1e30f);
     fm_v3 along = fm_v3_of(way.x * FM_GET(field_scale)[0], way.y * FM_GET(field_scale)[1], way.z * FM_GET(field_scale)[2]);
     fm_float nudge = 1e-3f * FM_GET(voxel), time = span.first;
@@ -318,14 +234,14 @@ FM_DEFER fm_found fm_field_surface(FM_SCENE, fm_v3 origin, fm_v3 way) {
     return found;
 }
 
-FM_DEFER fm_v3 fm_texel_gradient(FM_SCENE, fm_int x, fm_int y, fm_int z) {
+FM_RULE fm_v3 fm_texel_gradient(FM_SCENE, fm_int x, fm_int y, fm_int z) {
     return fm_v3_of((fm_texel(FM_WITH, x + 1, y, z) - fm_texel(FM_WITH, x - 1, y, z)) * FM_GET(field_scale)[0],
                     (fm_texel(FM_WITH, x, y + 1, z) - fm_texel(FM_WITH, x, y - 1, z)) * FM_GET(field_scale)[1],
                     (fm_texel(FM_WITH, x, y, z + 1) - fm_texel(FM_WITH, x, y, z - 1)) * FM_GET(field_scale)[2]);
 }
 
 // Of length 1. Gradients of texels by central differences, interpolated, so that they go on across cells.
-FM_DEFER fm_v3 fm_field_normal(FM_SCENE, fm_v3 at) {
+FM_RULE fm_v3 fm_field_normal(FM_SCENE, fm_v3 at) {
     fm_cell cell = fm_cell_of(FM_WITH, fm_to_texels(FM_WITH, at));
     fm_v3 sum = fm_v3_of(0, 0, 0);
     for (fm_int i = 0; i < 8; i++) {
@@ -348,7 +264,7 @@ FM_PUSH_STRUCT(fm_lit_from) {
     fm_float spread;
 };
 
-FM_DEFER fm_lit_from fm_light_from(fm_defer_light light, fm_v3 at) {
+FM_RULE fm_lit_from fm_light_from(fm_defer_light light, fm_v3 at) {
     fm_lit_from from;
     fm_v3 way = fm_v3_of(light.way[0], light.way[1], light.way[2]);
     from.far = 1e30f;
@@ -367,7 +283,7 @@ FM_DEFER fm_lit_from fm_light_from(fm_defer_light light, fm_v3 at) {
 
 // The way to place `index` of `count` on the light's disc, not of length 1: its end is `far` away in units of it. The places lie on
 // a spiral, each for an equal part of the disc (Vogel 1979).
-FM_DEFER fm_v3 fm_way_to_place(fm_lit_from from, fm_uint index, fm_uint count, fm_float turn) {
+FM_RULE fm_v3 fm_way_to_place(fm_lit_from from, fm_uint index, fm_uint count, fm_float turn) {
     fm_v3 way = fm_v3_of(from.way[0], from.way[1], from.way[2]);
     fm_v3 one = fm_beside(way), two = fm_cross(way, one);
     fm_float radius = from.spread * FM_SQRT((FM_F(index) + 0.5f) / FM_F(count));
@@ -376,7 +292,7 @@ FM_DEFER fm_v3 fm_way_to_place(fm_lit_from from, fm_uint index, fm_uint count, f
 }
 
 // How much of a disc of radius 1 is seen past a straight edge that lies `edge` from its middle, -1: nothing, 1: all.
-FM_DEFER fm_float fm_disc_share(fm_float edge) {
+FM_RULE fm_float fm_disc_share(fm_float edge) {
     fm_float e = FM_MIN(FM_MAX(edge, -1.0f), 1.0f);
     return FM_MIN(FM_MAX(0.5f + (e * FM_SQRT(FM_MAX(1 - e * e, 0.0f)) + FM_ARCSIN(e)) * 0.318309886f, 0.0f), 1.0f);
 }
@@ -392,7 +308,7 @@ FM_PUSH_STRUCT(fm_nearest_pass) {
     fm_float distance, back;
 };
 
-FM_DEFER fm_nearest_pass fm_pass_between(fm_float before, fm_float now) {
+FM_RULE fm_nearest_pass fm_pass_between(fm_float before, fm_float now) {
     fm_nearest_pass nearest;
     nearest.back = now * now / (2 * before);
     nearest.distance = FM_SQRT(FM_MAX(now * now - nearest.back * nearest.back, 0.0f));
@@ -400,7 +316,7 @@ FM_DEFER fm_nearest_pass fm_pass_between(fm_float before, fm_float now) {
 }
 
 // FM_SHADOWS_RTSDF. `start`: the part of a step that the first one is.
-FM_DEFER fm_share fm_published_share(FM_SCENE, fm_v3 at, fm_v3 normal, fm_lit_from light, fm_float start) {
+FM_RULE fm_share fm_published_share(FM_SCENE, fm_v3 at, fm_v3 normal, fm_lit_from light, fm_float start) {
     fm_v3 way = fm_v3_of(light.way[0], light.way[1], light.way[2]);
     fm_float closest = FM_GET(voxel);  // what counts as a hit, and how far from the surface the march begins
     fm_v3 origin = fm_add(at, fm_times(normal, 2 * closest));
@@ -428,7 +344,7 @@ FM_DEFER fm_share fm_published_share(FM_SCENE, fm_v3 at, fm_v3 normal, fm_lit_fr
 // FM_SHADOWS_FIELD, for the cone of `spread` around `way`. Outside of the cone the field says how far the ray may go before it can
 // cut the cone again; where it does, samples lie as close as the cone is wide. Where the ray is outside, the edge of what it passes
 // lies where distance and cone are in the least proportion (the cone that just touches it); where it is inside, at its deepest.
-FM_DEFER fm_share fm_cone_share(FM_SCENE, fm_v3 at, fm_v3 normal, fm_v3 way, fm_float far, fm_float spread) {
+FM_RULE fm_share fm_cone_share(FM_SCENE, fm_v3 at, fm_v3 normal, fm_v3 way, fm_float far, fm_float spread) {
     fm_float voxel = FM_GET(voxel);
     fm_v3 origin = fm_add(at, fm_times(normal, FM_CONE_LIFT * voxel));
     fm_span span = fm_box_span(FM_WITH, origin, way, 0.0f, far);
@@ -461,23 +377,23 @@ FM_DEFER fm_share fm_cone_share(FM_SCENE, fm_v3 at, fm_v3 normal, fm_v3 way, fm_
 // Shadow maps
 // ---------------------------------------------------------------------------------------------------------------------------
 
-FM_DEFER fm_float fm_warp_up(fm_float depth) {
+FM_RULE fm_float fm_warp_up(fm_float depth) {
     return FM_EXP(FM_WARP_UP * (2 * depth - 1));
 }
 
-FM_DEFER fm_float fm_warp_down(fm_float depth) {
+FM_RULE fm_float fm_warp_down(fm_float depth) {
     return -FM_EXP(-FM_WARP_DOWN * (2 * depth - 1));
 }
 
 // The most of the light that depths of this mean and mean square let through to `value` (Chebyshev), with what bleeds cut off.
-FM_DEFER fm_float fm_chebyshev(fm_float mean, fm_float square, fm_float value, fm_float scale) {
+FM_RULE fm_float fm_chebyshev(fm_float mean, fm_float square, fm_float value, fm_float scale) {
     fm_float least = FM_LEAST_VARIANCE * scale * value;
     fm_float variance = FM_MAX(square - mean * mean, least * least), above = value - mean;
     fm_float share = variance / (variance + above * above);
     return value <= mean ? 1.0f : FM_MIN(FM_MAX((share - FM_BLEEDING) / (1 - FM_BLEEDING), 0.0f), 1.0f);
 }
 
-FM_DEFER fm_float fm_map_moment(FM_SCENE, fm_int cascade, fm_float x, fm_float y, fm_int moment) {
+FM_RULE fm_float fm_map_moment(FM_SCENE, fm_int cascade, fm_float x, fm_float y, fm_int moment) {
     fm_int edge = FM_I(FM_GET(map_edge));
     fm_float px = FM_MIN(FM_MAX(x, 0.0f), FM_F(edge - 1)), py = FM_MIN(FM_MAX(y, 0.0f), FM_F(edge - 1));
     fm_int bx = FM_LEAST(FM_I(px), FM_MOST(edge - 2, 0)), by = FM_LEAST(FM_I(py), FM_MOST(edge - 2, 0));
@@ -492,7 +408,7 @@ FM_DEFER fm_float fm_map_moment(FM_SCENE, fm_int cascade, fm_float x, fm_float y
 }
 
 // FM_SHADOWS_MAP: by the first cascade that holds the place with all that is blurred into it.
-FM_DEFER fm_float fm_map_share(FM_SCENE, fm_v3 at) {
+FM_RULE fm_float fm_map_share(FM_SCENE, fm_v3 at) {
     fm_float edge = FM_F(FM_GET(map_edge));
     for (fm_int i = 0; i < FM_CASCADES; i++) {
         fm_defer_cascade box = FM_GET(cascades)[i];
@@ -520,28 +436,28 @@ FM_DEFER fm_float fm_map_share(FM_SCENE, fm_v3 at) {
 // Light and colour
 // ---------------------------------------------------------------------------------------------------------------------------
 
-FM_DEFER fm_v3 fm_blend(fm_v3 a, fm_v3 b, fm_float part) {
+FM_RULE fm_v3 fm_blend(fm_v3 a, fm_v3 b, fm_float part) {
     return fm_add(fm_times(a, 1 - part), fm_times(b, part));
 }
 
-FM_DEFER fm_v3 fm_open_sky(fm_v3 way) {
+FM_RULE fm_v3 fm_open_sky(fm_v3 way) {
     fm_float up = FM_MAX(fm_unit(way).z, 0.0f);
     return fm_blend(fm_v3_of(FM_SKY_LEVEL), fm_v3_of(FM_SKY_ABOVE), FM_SQRT(up));
 }
 
-FM_DEFER fm_v3 fm_clay_ambient(fm_v3 normal) {
+FM_RULE fm_v3 fm_clay_ambient(fm_v3 normal) {
     fm_v3 light = fm_blend(fm_v3_of(FM_AMBIENT_BELOW), fm_v3_of(FM_AMBIENT_ABOVE), 0.5f + 0.5f * normal.z);
     fm_v3 clay = fm_v3_of(FM_CLAY);
     return fm_v3_of(light.x * clay.x, light.y * clay.y, light.z * clay.z);
 }
 
 // Clay in a light of which `part` = share times the cosine arrives.
-FM_DEFER fm_v3 fm_clay_lit(fm_defer_light light, fm_float part) {
+FM_RULE fm_v3 fm_clay_lit(fm_defer_light light, fm_float part) {
     fm_v3 clay = fm_v3_of(FM_CLAY);
     return fm_v3_of(clay.x * light.color[0] * part, clay.y * light.color[1] * part, clay.z * light.color[2] * part);
 }
 
-FM_DEFER fm_float fm_shown(fm_float light) {
+FM_RULE fm_float fm_shown(fm_float light) {
     fm_float v = FM_MIN(FM_MAX(light, 0.0f), 1.0f);
 #ifdef __STDC__
     return v <= 0.0031308f ? 12.92f * v : 1.055f * powf(v, 1 / 2.4f) - 0.055f;

@@ -6,14 +6,6 @@
 
 #include "voxel_rule.h"
 
-#ifdef __STDC__
-#define FM_SQRT(x) sqrtf(x)
-#define FM_TO_UINT(x) ((uint32_t)(x))
-#else
-#define FM_SQRT(x) sqrt(x)
-#define FM_TO_UINT(x) uint(x)
-#endif
-
 // A texel's seed: 10 bits an axis.
 #define FM_SEED_MOST 1024
 #define FM_SEED_NONE 0xffffffffu
@@ -21,9 +13,9 @@
 // The squared distance from a texel to a seed, in units of the smallest edge of a voxel: whole numbers, and so exact, where voxels
 // are cubes. `weight`: squared edges in that unit.
 FM_RULE float fm_seed_distance2(fm_uint seed, int x, int y, int z, const float weight[3]) {
-    FM_PRECISE float dx = FM_TO_FLOAT(x - FM_TO_INT(seed & 1023u));
-    FM_PRECISE float dy = FM_TO_FLOAT(y - FM_TO_INT(seed >> 10 & 1023u));
-    FM_PRECISE float dz = FM_TO_FLOAT(z - FM_TO_INT(seed >> 20));
+    FM_PRECISE float dx = FM_F(x - FM_I(seed & 1023u));
+    FM_PRECISE float dy = FM_F(y - FM_I(seed >> 10 & 1023u));
+    FM_PRECISE float dz = FM_F(z - FM_I(seed >> 20));
     FM_PRECISE float sum = ((dx * dx) * weight[0] + (dy * dy) * weight[1]) + (dz * dz) * weight[2];
     return sum;
 }
@@ -60,7 +52,7 @@ FM_PUSH_STRUCT(fm_ray_way) {
 
 // From -1 to 1, in steps of 2^-23.
 FM_RULE float fm_random_float(fm_uint bits) {
-    return (FM_TO_FLOAT(FM_TO_INT(bits >> 8)) + 0.5f) * 1.1920928955078125e-7f - 1.0f;
+    return (FM_F(FM_I(bits >> 8)) + 0.5f) * 1.1920928955078125e-7f - 1.0f;
 }
 
 // A direction, uniform on the sphere: of a texel (below 2^16 an axis), a frame, a ray (below 64) of it and a seed. From points of a
@@ -73,8 +65,8 @@ FM_RULE fm_ray_way fm_ray_direction(int x, int y, int z, fm_uint frame, fm_uint 
     way.z = 1.0f;
     for (fm_uint attempt = 0u; attempt < 8u; attempt++) {
         fm_random4 key;
-        key.x = FM_TO_UINT(x) | FM_TO_UINT(y) << 16;
-        key.y = FM_TO_UINT(z) | ray << 16 | attempt << 24;
+        key.x = FM_U(x) | FM_U(y) << 16;
+        key.y = FM_U(z) | ray << 16 | attempt << 24;
         key.z = frame;
         key.w = seed;
         const fm_random4 bits = fm_random(key);

@@ -18,29 +18,7 @@
 // its edges, each of which contributes the same to both triangles that share it, with opposite signs: rounding cannot open a closed
 // mesh.
 
-#include "shared.h"
-
-#ifdef __STDC__
-#include <math.h>
-#include <stdbool.h>
-#define FM_RULE static inline
-#define FM_PRECISE
-#define FM_TO_FLOAT(x) ((float)(x))
-#define FM_TO_INT(x) ((int)(x))
-#define FM_ABS(x) fabsf(x)
-#define FM_FLOOR(x) floorf(x)
-#define FM_LESSER(a, b) ((b) < (a) ? (b) : (a))
-#define FM_GREATER(a, b) ((b) > (a) ? (b) : (a))
-#else
-#define FM_RULE
-#define FM_PRECISE precise
-#define FM_TO_FLOAT(x) float(x)
-#define FM_TO_INT(x) int(x)
-#define FM_ABS(x) abs(x)
-#define FM_FLOOR(x) floor(x)
-#define FM_LESSER(a, b) ((b) < (a) ? (b) : (a))
-#define FM_GREATER(a, b) ((b) > (a) ? (b) : (a))
-#endif
+#include "rule.h"
 
 // Beyond this a coordinate is cut off, and of the triangle only its box is heeded.
 #define FM_VOXEL_FAR 274877906944.0f         // 2^38
@@ -79,7 +57,7 @@ FM_RULE float fm_voxel_place(fm_voxel_grid grid, int axis, float position) {
 }
 
 FM_RULE int fm_voxel_clamp(float x, int least, int most) {
-    return FM_TO_INT(FM_LESSER(FM_GREATER(x, FM_TO_FLOAT(least)), FM_TO_FLOAT(most)));
+    return FM_I(FM_LESSER(FM_GREATER(x, FM_F(least)), FM_F(most)));
 }
 
 // Corners, box and the voxels of the box: enough to tell how much work the triangle is.
@@ -91,11 +69,11 @@ FM_RULE fm_voxel_triangle fm_voxel_box(fm_voxel_grid grid, const float a[3], con
         t.corner[6 + i] = fm_voxel_place(grid, i, c[i]);
         t.low[i] = FM_LESSER(FM_LESSER(t.corner[i], t.corner[3 + i]), t.corner[6 + i]);
         t.high[i] = FM_GREATER(FM_GREATER(t.corner[i], t.corner[3 + i]), t.corner[6 + i]);
-        float size = FM_GREATER(FM_ABS(t.low[i]), FM_ABS(t.high[i]));
+        float size = FM_GREATER(FM_SIZE_OF(t.low[i]), FM_SIZE_OF(t.high[i]));
         t.delta[i] = 8.0f * FM_VOXEL_ULP * size;
         // Of a grid of n voxels -1 and n stand for all that is outside.
-        t.begin[i] = fm_voxel_clamp(FM_FLOOR(t.low[i] - t.delta[i]), -1, grid.shape[i]);
-        t.end[i] = fm_voxel_clamp(FM_FLOOR(t.high[i] + t.delta[i]), -1, grid.shape[i]) + 1;
+        t.begin[i] = fm_voxel_clamp(FM_FLOOR_OF(t.low[i] - t.delta[i]), -1, grid.shape[i]);
+        t.end[i] = fm_voxel_clamp(FM_FLOOR_OF(t.high[i] + t.delta[i]), -1, grid.shape[i]) + 1;
         t.begin[i] = t.begin[i] < 0 ? 0 : t.begin[i];
         t.end[i] = t.end[i] > grid.shape[i] ? grid.shape[i] : t.end[i];
     }
@@ -123,14 +101,14 @@ FM_RULE fm_voxel_triangle fm_voxel_axes(fm_voxel_triangle given) {
         FM_PRECISE float left = t.edge[u] * t.edge[6 + v];
         FM_PRECISE float right = t.edge[v] * t.edge[6 + u];
         t.normal[a] = right - left;
-        minor[a] = FM_ABS(left) + FM_ABS(right);
+        minor[a] = FM_SIZE_OF(left) + FM_SIZE_OF(right);
         for (int e = 0; e < 3; e++) {
             FM_PRECISE float across_u = -t.edge[3 * e + v];
             FM_PRECISE float across_v = t.edge[3 * e + u];
             // At the first corner 0, at the second, at the third.
             FM_PRECISE float second = across_u * t.edge[u] + across_v * t.edge[v];
             FM_PRECISE float third = -(across_u * t.edge[6 + u] + across_v * t.edge[6 + v]);
-            FM_PRECISE float slack = 8.0f * FM_VOXEL_ULP * (FM_ABS(across_u) * reach[u] + FM_ABS(across_v) * reach[v]);
+            FM_PRECISE float slack = 8.0f * FM_VOXEL_ULP * (FM_SIZE_OF(across_u) * reach[u] + FM_SIZE_OF(across_v) * reach[v]);
             t.least[3 * a + e] = FM_LESSER(FM_LESSER(second, third), 0.0f) - slack;
             t.most[3 * a + e] = FM_GREATER(FM_GREATER(second, third), 0.0f) + slack;
         }
@@ -147,9 +125,9 @@ FM_RULE bool fm_voxel_meets(fm_voxel_triangle t, float half_x, float half_y, flo
     extent[1] = half_y + t.delta[1];
     extent[2] = half_z + t.delta[2];
     FM_PRECISE float centre[3];
-    centre[0] = FM_TO_FLOAT(x) + 0.5f;
-    centre[1] = FM_TO_FLOAT(y) + 0.5f;
-    centre[2] = FM_TO_FLOAT(z) + 0.5f;
+    centre[0] = FM_F(x) + 0.5f;
+    centre[1] = FM_F(y) + 0.5f;
+    centre[2] = FM_F(z) + 0.5f;
     bool apart = false;
     for (int i = 0; i < 3; i++) {
         at[i] = centre[i] - t.corner[i];
@@ -157,8 +135,9 @@ FM_RULE bool fm_voxel_meets(fm_voxel_triangle t, float half_x, float half_y, flo
     }
     FM_PRECISE float off = (t.normal[0] * at[0] + t.normal[1] * at[1]) + t.normal[2] * at[2];
     FM_PRECISE float room =
-        ((FM_ABS(t.normal[0]) * extent[0] + FM_ABS(t.normal[1]) * extent[1]) + FM_ABS(t.normal[2]) * extent[2]) + t.plane;
-    apart = apart || FM_ABS(off) > room;
+        ((FM_SIZE_OF(t.normal[0]) * extent[0] + FM_SIZE_OF(t.normal[1]) * extent[1]) + FM_SIZE_OF(t.normal[2]) * extent[2]) +
+        t.plane;
+    apart = apart || FM_SIZE_OF(off) > room;
     for (int a = 0; a < 3; a++) {
         const int u = (a + 1) % 3;
         const int v = (a + 2) % 3;
@@ -166,7 +145,7 @@ FM_RULE bool fm_voxel_meets(fm_voxel_triangle t, float half_x, float half_y, flo
             FM_PRECISE float across_u = -t.edge[3 * e + v];
             FM_PRECISE float across_v = t.edge[3 * e + u];
             FM_PRECISE float product = across_u * at[u] + across_v * at[v];
-            FM_PRECISE float radius = FM_ABS(across_u) * extent[u] + FM_ABS(across_v) * extent[v];
+            FM_PRECISE float radius = FM_SIZE_OF(across_u) * extent[u] + FM_SIZE_OF(across_v) * extent[v];
             apart = apart || product < t.least[3 * a + e] - radius || product > t.most[3 * a + e] + radius;
         }
     }
@@ -189,8 +168,8 @@ FM_RULE bool fm_voxel_sets(fm_voxel_triangle t, bool thin, int x, int y, int z) 
 
 // How often the line of row (y, z) leaves through the triangle, seen along x: 1, -1 where it enters, 0 where it passes by.
 FM_RULE int fm_voxel_crossing(fm_voxel_triangle t, int y, int z) {
-    FM_PRECISE float at_y = FM_TO_FLOAT(y) + 0.5f;
-    FM_PRECISE float at_z = FM_TO_FLOAT(z) + 0.5f;
+    FM_PRECISE float at_y = FM_F(y) + 0.5f;
+    FM_PRECISE float at_z = FM_F(z) + 0.5f;
     int sum = 0;
     for (int e = 0; e < 3; e++) {
         const int first = 3 * e;
@@ -211,17 +190,17 @@ FM_RULE int fm_voxel_crossing(fm_voxel_triangle t, int y, int z) {
 // How many voxels of row (y, z), from x = 0 on, have their centre before the triangle, through which the row's line goes with
 // `crossing` (not 0).
 FM_RULE int fm_voxel_before(fm_voxel_triangle t, int crossing, int y, int z, int shape_x) {
-    const float sign = FM_TO_FLOAT(crossing);
+    const float sign = FM_F(crossing);
     FM_PRECISE float along = sign * t.normal[0];
-    int least = fm_voxel_clamp(-FM_FLOOR(0.5f - t.low[0]), 0, shape_x);
-    int most = fm_voxel_clamp(-FM_FLOOR(0.5f - t.high[0]), 0, shape_x);
-    FM_PRECISE float at_y = (FM_TO_FLOAT(y) + 0.5f) - t.corner[1];
-    FM_PRECISE float at_z = (FM_TO_FLOAT(z) + 0.5f) - t.corner[2];
+    int least = fm_voxel_clamp(-FM_FLOOR_OF(0.5f - t.low[0]), 0, shape_x);
+    int most = fm_voxel_clamp(-FM_FLOOR_OF(0.5f - t.high[0]), 0, shape_x);
+    FM_PRECISE float at_y = (FM_F(y) + 0.5f) - t.corner[1];
+    FM_PRECISE float at_z = (FM_F(z) + 0.5f) - t.corner[2];
     FM_PRECISE float across = sign * (t.normal[1] * at_y + t.normal[2] * at_z);
     // The product rises along x, rounded too.
     while (along > 0.0f && least < most) {
         const int middle = (least + most) / 2;
-        FM_PRECISE float at_x = (FM_TO_FLOAT(middle) + 0.5f) - t.corner[0];
+        FM_PRECISE float at_x = (FM_F(middle) + 0.5f) - t.corner[0];
         FM_PRECISE float product = along * at_x + across;
         if (product < 0.0f) {
             least = middle + 1;
