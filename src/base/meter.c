@@ -2,8 +2,8 @@
 #include "base/meter.h"
 
 const char *fm_purpose_name(fm_purpose purpose) {
-    static const char *const names[FM_PURPOSE_COUNT] = {"volumes",  "scratch", "voxels",  "field",  "update state",
-                                                        "pictures", "meshes",  "staging", "upload", "readback"};
+    static const char *const names[FM_PURPOSE_COUNT] = {"volumes", "scratch", "voxels",  "field",  "update state", "pictures",
+                                                        "meshes",  "octrees", "staging", "upload", "readback"};
     return names[purpose];
 }
 

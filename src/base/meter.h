@@ -18,6 +18,7 @@ typedef enum fm_purpose {
     FM_PURPOSE_UPDATE,  // of a world: what its updates keep
     FM_PURPOSE_PICTURES,
     FM_PURPOSE_MESHES,
+    FM_PURPOSE_OCTREES,
     FM_PURPOSE_STAGING,   // from here on of devices only, and always mapped
     FM_PURPOSE_UPLOAD,    // little that the host writes often: device memory where that can be mapped
     FM_PURPOSE_READBACK,  // little that kernels write for the host to read

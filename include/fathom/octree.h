@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: MIT
+#ifndef FATHOM_OCTREE_H
+#define FATHOM_OCTREE_H
+
+// Sparse octrees of surfaces: vectors to closest points, signed distances, and the voxel structures that they are measured against.
+// The conventions of fathom.h hold here too. Places and lengths are in world units unless they are said to be in cells.
+//
+// Space is divided into cubic cells, the finest of edge `cell`; cell (x, y, z) fills the cube from origin + (x, y, z) cell to
+// origin + (x + 1, y + 1, z + 1) cell. A cell of level l is 2^l finest ones wide. Trees do not end in one root but in a grid of
+// cells of level `levels`, the top grid.
+
+#include "fathom/mesh.h"
+#include "fathom/sdf.h"
+#include "fathom/world.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum fm_octree_kind {
+    // Eight vectors to the closest points of the surface at the corners of each leaf near it; empty leaves say how far it is.
+    // Source: Demir and Westermann 2015, "Vector-to-closest-point octree for surface ray-casting".
+    FM_OCTREE_CLOSEST = 0,
+    FM_OCTREE_DISTANCE,  // eight signed distances in place of vectors. Same source, section 5; Frisken et al. 2000
+    FM_OCTREE_VOXELS,    // one voxel a leaf, solid or not, in the same nodes. Same source, section 5
+    // Child descriptors with contours, traversed by a stack. Source: Laine and Karras 2010, "Efficient sparse voxel octrees".
+    FM_OCTREE_CONTOURS,
+    FM_OCTREE_DAG,     // identical subtrees shared. Source: Kaempe, Sintorn and Assarsson 2013, "High resolution sparse voxel DAGs"
+    FM_OCTREE_TREE64,  // 4^3 children a node, of which a 64-bit mask says which are there
+    FM_OCTREE_BRICKS,  // signed distances in bricks of 8^3 cells within a band, and the top grid that finds them
+    FM_OCTREE_KINDS
+} fm_octree_kind;
+
+// How corners find their closest points.
+typedef enum fm_octree_method {
+    FM_OCTREE_EXACT = 0,  // by the mesh's tree
+    // As published: each triangle proposes itself to the corners in its box, then corners take over their 26 neighbours' triangles
+    // where these are nearer, `rounds` times. Never too near; near a surface seldom too far. Source: sections 3 and 3.1.
+    FM_OCTREE_GROWN,
+} fm_octree_method;
+
+// How a vector is kept.
+typedef enum fm_octree_code {
+    FM_OCTREE_SPHERICAL = 0,  // 32 bits: radius 13, by its root; angles 9 and 10. Source: section 4.1
+    FM_OCTREE_OCTAHEDRAL,     // ours, 32 bits: radius 13, by its root; 19 for the direction on an octahedron
+    FM_OCTREE_FLOATS,         // three floats: for measuring what the others lose
+} fm_octree_code;
+
+typedef enum fm_octree_attribute {
+    FM_OCTREE_PLAIN = 0,
+    FM_OCTREE_TRIANGLE,  // the number of the closest triangle
+    FM_OCTREE_COLOR,     // RGBA of 8 bits each at the closest point, interpolated from the vertices'
+    FM_OCTREE_TEXTURE,   // texture coordinates there, two of 16 bits, as fractions of 1 after dropping whole turns
+} fm_octree_attribute;
+
+// All 0 asks for the defaults.
+typedef struct fm_octree_desc {
+    fm_octree_kind kind;
+    uint32_t size;            // finest cells along the longest edge of the box, at most 2^20; 0: 256
+    float low[3], high[3];    // the box; all 0: the mesh's, with a margin of 4 finest cells
+    fm_octree_method method;  // CLOSEST, DISTANCE
+    uint32_t rounds;          // GROWN, 0: enough for every corner that is needed
+    fm_octree_code code;      // CLOSEST
+    float threshold;          // how far, in finest cells, interpolated values may be off where eight leaves become one; 0: 0.05;
+                              // below 0: none do
+    bool share;               // CLOSEST, DISTANCE: identical subtrees and leaves are kept once
+    uint64_t top_bytes;       // of the top grid at most; 0: 1 MiB
+    fm_sign sign;             // DISTANCE, BRICKS
+    fm_octree_attribute attribute;  // CLOSEST
+    const uint8_t (*colors)[4];     // COLOR: of each vertex
+    const float (*texture)[2];      // TEXTURE: of each vertex
+    // Streamed builds: where triangles wait that memory does not hold. NULL: the system's folder for temporary files
+    const char *folder;
+    uint64_t host_bytes;  // streamed builds: triangles kept in memory; 0: 1 GiB
+} fm_octree_desc;
+
+// Same thread rule as its context.
+typedef struct fm_octree fm_octree;
+
+typedef struct fm_octree_info {
+    fm_octree_kind kind;
+    fm_octree_method method;
+    fm_octree_code code;
+    fm_octree_attribute attribute;
+    fm_sign sign;
+    bool shared;
+    double origin[3], cell;                            // the finest
+    uint32_t cells[3];                                 // finest ones along the axes
+    uint32_t top[3];                                   // of the top grid
+    uint32_t levels;                                   // of the top grid's cells
+    float low[3], high[3];                             // the box that rays enter
+    uint64_t internal;                                 // nodes with children
+    uint64_t leaves[24];                               // with values or voxels, of each level
+    uint64_t empty;                                    // leaves
+    uint64_t node_bytes, leaf_bytes, attribute_bytes;  // what a device reads
+    uint64_t unshared_bytes;                           // all three had nothing been shared
+    double code_error;        // CLOSEST: 99th percentile of how far a stored vector is off, in cells of its leaf's level
+    double build_ms, gpu_ms;  // of the build or the last update; gpu_ms of kernels, 0 on the CPU backend
+} fm_octree_info;
+
+FM_API void fm_octree_destroy(fm_octree *octree);  // waits for work in flight; NULL is ignored
+FM_API void fm_octree_describe(const fm_octree *octree, fm_octree_info *info);
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// From meshes
+// ---------------------------------------------------------------------------------------------------------------------------
+
+// Builds an octree of any kind from a mesh in the mesh's context. Voxels are those that the surface touches (FM_SEPARATION_26).
+// Errors: FM_ERROR_INVALID_ARGUMENT for NULL, sizes and enumerators out of range, a box without volume, attributes without their
+// arrays; FM_ERROR_UNSUPPORTED for more nodes or leaves than their numbers hold; FM_ERROR_OUT_OF_HOST_MEMORY,
+// FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
+FM_API fm_result fm_octree_build_mesh(fm_mesh *mesh, const fm_octree_desc *desc, fm_octree **octree);
+
+// Builds one from triangles that come piece by piece, so that the mesh need not fit into memory: they are sorted into the top
+// grid's cells, on disk when they are many. The box must be given; FM_OCTREE_CLOSEST by FM_OCTREE_GROWN only.
+typedef struct fm_octree_builder fm_octree_builder;
+
+FM_API fm_result fm_octree_builder_create(fm_context *context, const fm_octree_desc *desc, fm_octree_builder **builder);
+FM_API void fm_octree_builder_destroy(fm_octree_builder *builder);
+// `colors` and `texture` of the descriptor do not count here: the attributes of these vertices are given with them. NULL is fine.
+FM_API fm_result fm_octree_builder_add(fm_octree_builder *builder, const fm_mesh_desc *triangles, const uint8_t (*colors)[4],
+                                       const float (*texture)[2]);
+FM_API fm_result fm_octree_builder_finish(fm_octree_builder *builder, fm_octree **octree);
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// From voxels: VOXELS, CONTOURS, DAG and TREE64
+// ---------------------------------------------------------------------------------------------------------------------------
+
+// Where voxels come from: numbers as a world's, 0 is air. Both are called for boxes within `shape`, by one thread at a time.
+typedef struct fm_voxel_source {
+    void *user;
+    uint32_t shape[3];                                                   // each at most 2^20
+    fm_result (*read)(void *user, const fm_box *box, uint32_t *voxels);  // x fastest
+    bool (*air)(void *user, const fm_box *box);  // true: nothing solid is in the box. NULL: every box is read
+} fm_voxel_source;
+
+// Voxel (x, y, z) is the finest cell (x, y, z); origin is -0.5, -0.5, -0.5 and a cell 1, so that cameras of a world fit.
+// Errors: as fm_octree_build_mesh; FM_ERROR_UNSUPPORTED for other kinds; what `read` returns.
+FM_API fm_result fm_octree_build_voxels(fm_context *context, const fm_voxel_source *source, const fm_octree_desc *desc,
+                                        fm_octree **octree);
+FM_API fm_result fm_octree_build_world(fm_world *world, const fm_octree_desc *desc, fm_octree **octree);
+
+// Takes over what has changed in boxes of the source: only the paths to them are built anew. The octree must have been built from
+// voxels of the same shape. On failure it is as it was. Errors: as fm_octree_build_voxels.
+FM_API fm_result fm_octree_update_voxels(fm_octree *octree, const fm_voxel_source *source, const fm_box *boxes, uint32_t count);
+FM_API fm_result fm_octree_update_world(fm_octree *octree, fm_world *world, const fm_box *boxes, uint32_t count);
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// Rays
+// ---------------------------------------------------------------------------------------------------------------------------
+
+typedef struct fm_octree_hit {
+    float t;             // +infinity where nothing is hit
+    float normal[3];     // of length 1, towards the ray's origin
+    uint32_t attribute;  // of the surface there; of voxels their number
+    uint32_t reads;      // of nodes and of leaves' values
+} fm_octree_hit;
+
+// The first hit of each ray. `epsilon`: the surface's thickness in finest cells, 0: 0.1. Errors: as fm_mesh_closest.
+FM_API fm_result fm_octree_cast(fm_octree *octree, const fm_mesh_ray *rays, uint32_t count, float epsilon, fm_octree_hit *hits);
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// Files (.fmo; docs/formats.md) and octrees larger than memory
+// ---------------------------------------------------------------------------------------------------------------------------
+
+// Written to a temporary name and renamed. Errors: FM_ERROR_INVALID_ARGUMENT for NULL, FM_ERROR_IO, FM_ERROR_OUT_OF_HOST_MEMORY.
+FM_API fm_result fm_octree_write(const fm_octree *octree, const char *path);
+// Nothing in the file is trusted: sizes, checksums, every index. Errors: FM_ERROR_IO; FM_ERROR_FORMAT, the message says what is
+// wrong and where; the errors of memory.
+FM_API fm_result fm_octree_read(fm_context *context, const char *path, fm_octree **octree);
+
+// A file of a coarse octree and finer ones of the parts of its box: `parts` along the longest edge, each of `size` / `parts` cells
+// along it. The coarse one has `coarse` cells along the longest edge. One part is in memory at a time.
+typedef struct fm_octree_parts {
+    uint32_t parts;   // 0: 8
+    uint32_t coarse;  // 0: size / 8
+} fm_octree_parts;
+FM_API fm_result fm_octree_write_parts(fm_mesh *mesh, const fm_octree_desc *desc, const fm_octree_parts *parts, const char *path);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: MIT
+// Octrees on the device of a build without Vulkan: calls that need one cannot be reached, for no fm_gpu exists.
+
+#include "octree/octree.h"
+
+fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address) {
+    (void)octree;
+    *address = 0;
+    return fm_fail(FM_ERROR_UNSUPPORTED, "this build has no Vulkan");
+}
+
+void fm_gpu_octree_destroy(fm_octree *octree) {
+    (void)octree;
+}

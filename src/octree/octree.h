@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_OCTREE_H
+#define FM_OCTREE_H
+
+// An octree as its parts see it. Whatever made it, it ends as arrays in host memory and numbers about them (`head`); gpu_octree.c
+// keeps a copy of the arrays on the device where the context computes there.
+
+#include "fathom/octree.h"
+#include "shaders/include/octree_shared.h"
+#include "volume/context.h"
+
+typedef struct fm_gpu_octree fm_gpu_octree;
+
+// An array that grows. `count` elements of `size` bytes are in use.
+typedef struct fm_octree_array {
+    uint8_t *data;
+    uint64_t count, room;
+    uint32_t size;
+} fm_octree_array;
+
+struct fm_octree {
+    fm_context *context;
+    fm_octree_desc desc;  // as given, with defaults filled in and pointers NULL
+    fm_octree_info info;
+    fm_octree_head head;         // but for its addresses, which depend on where it is read
+    fm_octree_array words;       // of 4 bytes
+    fm_octree_array values;      // of 4 bytes; 3 x 4 under FM_OCTREE_FLOATS
+    fm_octree_array attributes;  // of 4 bytes, as many as values; none where there are none
+    fm_octree_array extra;       // of 4 bytes
+    void *state;                 // what updates of the kind need besides (octree_voxels.c), freed by `forget`
+    void (*forget)(fm_octree *octree);
+    uint64_t version;  // rises with every change of the arrays
+    // Not NULL: the arrays are those of a mapped file (room 0), and this gives it back.
+    void (*unmap)(fm_octree *octree);
+    void *mapped;
+    uint64_t mapped_bytes;
+    fm_gpu_octree *gpu;  // made when it is first needed
+};
+
+// octree.c
+fm_result fm_octree_check_desc(const fm_octree_desc *desc, fm_octree_desc *filled);
+// A new octree with `info` and `head` of the grid that `desc` (checked) asks for in a box; arrays empty.
+fm_result fm_octree_new(fm_context *context, const fm_octree_desc *desc, const double low[3], const double high[3],
+                        fm_octree **octree);
+// Room for `more` elements behind those in use; false: no memory, with the error set. Host memory counts as FM_PURPOSE_OCTREES.
+bool fm_octree_reserve(fm_octree *octree, fm_octree_array *array, uint64_t more);
+void fm_octree_array_free(fm_octree *octree, fm_octree_array *array);
+// Counts what `info` tells of the arrays: called when a build or an update is complete.
+void fm_octree_counted(fm_octree *octree);
+// The head with the addresses of the host's arrays.
+fm_octree_head fm_octree_host_head(const fm_octree *octree);
+
+static inline uint32_t fm_octree_empty_word(double distance, double cutoff) {
+    const double part = distance >= cutoff ? 1 : distance <= 0 ? 0 : distance / cutoff;
+    // Rounded down, where the published code rounds up: a step must not be longer than the distance.
+    return FM_NODE_EMPTY + (uint32_t)(part * (FM_NODE_EMPTY - 1));
+}
+
+// gpu_octree.c (gpu_none.c): brings the arrays to the device if they have changed, or only words [begin, end) of them where an
+// update says so; the address of the head there.
+fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address);
+void fm_gpu_octree_destroy(fm_octree *octree);
+
+#endif

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_OCTREE_SHARED_H
+#define FM_OCTREE_SHARED_H
+
+// What C and GLSL both know of octrees, by the rules of shared.h.
+
+#include "shared.h"
+
+// Kinds and codes, as fm_octree_kind and fm_octree_code number them (octree.c compares them).
+#define FM_GPU_CLOSEST 0
+#define FM_GPU_DISTANCE 1
+#define FM_GPU_VOXELS 2
+#define FM_GPU_CONTOURS 3
+#define FM_GPU_DAG 4
+#define FM_GPU_TREE64 5
+#define FM_GPU_BRICKS 6
+#define FM_GPU_SPHERICAL 0
+#define FM_GPU_OCTAHEDRAL 1
+#define FM_GPU_FLOATS 2
+
+// Nodes of CLOSEST, DISTANCE and VOXELS are 32-bit signed words. Below 2^30: an internal node, the index of the first of its eight
+// children (x + 2 y + 4 z), which follow each other. From 2^30 on: an empty leaf, and the surface is at least (word - 2^30) /
+// (2^30 - 1) * cutoff away from everywhere in it. Negative: a leaf, of number -(word + 1). Source: Demir and Westermann 2015,
+// section 4.
+#define FM_NODE_EMPTY 0x40000000
+
+// Leaves of CLOSEST and DISTANCE: values stand in columns of four, those of the corners (y, z) = 00, 10, 01, 11 at one x. Leaf i
+// has columns i (its lower x) and i + 1: so leaves of one level that are neighbours along x share a column, and what a leaf needs
+// is one run of memory. A value is a word, or three under FM_GPU_FLOATS; its attribute, if there are any, a word in the same place.
+#define FM_COLUMN_VALUES 4
+
+// No vector of a leaf of level l is longer than this many of its cells (the band's 2 sqrt(3) and a block's diagonal): the unit of
+// coded radii.
+#define FM_OCTREE_REACH 7.0f
+
+// An octree in memory that the device (or the processor) reads. The words of the other kinds are told in their own texts.
+FM_PUSH_STRUCT(fm_octree_head) {
+    fm_address words;       // the first are the top grid's, x fastest
+    fm_address values;      // of leaves; VOXELS: a word a voxel
+    fm_address attributes;  // 0: none
+    fm_address extra;       // of the kind's own
+    fm_int kind;
+    fm_int code;
+    fm_int top[3];
+    fm_int levels;
+    fm_float origin[3];
+    fm_float cell;
+    fm_float low[3], high[3];  // the box that rays enter, which the top grid holds
+    fm_float cutoff;           // D of empty leaves
+    fm_int unused;
+};
+
+// A part of a streamed octree's box: where its own octree's head is, 0 while it is not there, and how much of it shows.
+FM_PUSH_STRUCT(fm_octree_part) {
+    fm_address head;
+    fm_float shown;  // 0 to 1
+    fm_int unused;
+};
+
+#ifdef __STDC__
+_Static_assert(sizeof(fm_octree_head) == 104, "as std430 lays it out");
+#endif
+
+#endif
