@@ -1,25 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Fields of meshes on Vulkan: blocks of 16^3 texels, blocks of 4^3 within those that matter, texels within those that do, and all
-// others at once. The lists lie on the device; the host waits for nothing.
+// Fields of meshes on Vulkan whose far texels need distances or sides of their own: blocks of 16^3 texels, blocks of 4^3 within
+// those that matter, texels within those that do, and all others at once. The lists lie on the device; the host waits for nothing.
+// Other fields are those of gpu_near.c.
 
-#include "mesh/gpu_tree.h"
-#include "mesh/sdf.h"
-#include "mesh/topology.h"
+#include "mesh/gpu_sdf.h"
 
 #include <string.h>
 
-enum { THREADS = 64, PIECE = 256 };
-
-typedef struct job {
-    fm_mesh *mesh;
-    const fm_sdf_plan *plan;
-    fm_gpu *gpu;
-    fm_buffer *scratch;
-    uint64_t coarse, texels;
-    uint64_t texel_bytes;
-    uint32_t constants[4];
-    fm_sdf_push push;
-} job;
+enum { THREADS = 64 };
 
 static uint32_t sign_of(fm_sign sign) {
     return sign == FM_SIGN_PSEUDONORMAL ? FM_SDF_PSEUDONORMAL : sign == FM_SIGN_WINDING ? FM_SDF_WINDING : FM_SDF_UNSIGNED;
@@ -36,7 +24,15 @@ static void place_grid(const fm_sdf_plan *plan, fm_sdf_push *push) {
     push->size_z = plan->shape.z;
 }
 
-static fm_result record_level(const job *j, fm_slot *slot, fm_kernel kernel, uint32_t edge, uint64_t groups, uint32_t list) {
+static uint64_t blocks_along(uint32_t size) {
+    return fm_div_up(size, FM_SDF_COARSE);
+}
+
+static uint64_t coarse_blocks(fm_shape shape) {
+    return blocks_along(shape.x) * blocks_along(shape.y) * blocks_along(shape.z);
+}
+
+static fm_result record_level(const fm_sdf_job *j, fm_slot *slot, fm_kernel kernel, uint32_t edge, uint64_t groups, uint32_t list) {
     uint32_t constants[4];
     memcpy(constants, j->constants, sizeof constants);
     constants[3] = edge;
@@ -51,7 +47,7 @@ static fm_result record_level(const job *j, fm_slot *slot, fm_kernel kernel, uin
     return fm_commands_dispatch(j->gpu, slot, &dispatch);
 }
 
-static void record_header(const job *j, fm_slot *slot) {
+static void record_header(const fm_sdf_job *j, fm_slot *slot) {
     static const uint32_t empty[] = {FM_LIST_EMPTY};
     for (uint32_t i = 0; i < 8; i++) {
         fm_commands_fill(j->gpu, slot, j->scratch, FM_SDF_LIST_COARSE + 4 * i, 4, empty[i % 4]);
@@ -62,63 +58,59 @@ static void record_header(const job *j, fm_slot *slot) {
     fm_commands_barrier(j->gpu, slot);
 }
 
-static fm_result record(const job *j, fm_slot *slot) {
+static fm_result record(const fm_sdf_job *j, fm_slot *slot) {
     const fm_shape shape = j->plan->shape;
+    const uint64_t coarse = coarse_blocks(shape);
     record_header(j, slot);
-    FM_TRY(record_level(j, slot, FM_KERNEL_MESH_SDF_BLOCKS, FM_SDF_COARSE, fm_div_up(j->coarse, THREADS), 0));
+    FM_TRY(record_level(j, slot, FM_KERNEL_MESH_SDF_BLOCKS, FM_SDF_COARSE, fm_div_up(coarse, THREADS), 0));
     fm_commands_barrier(j->gpu, slot);
     FM_TRY(record_level(j, slot, FM_KERNEL_MESH_SDF_BLOCKS, FM_SDF_MIDDLE, 0, FM_SDF_LIST_COARSE));
-    fm_commands_pass(j->gpu, slot, "blocks", j->coarse * 16);
+    fm_commands_pass(j->gpu, slot, "blocks", coarse * 16);
     // These two write different texels.
-    FM_TRY(
-        record_level(j, slot, FM_KERNEL_MESH_SDF_FILL, FM_SDF_COARSE, fm_div_up(shape.x, PIECE) * (uint64_t)shape.y * shape.z, 0));
+    FM_TRY(record_level(j, slot, FM_KERNEL_MESH_SDF_FILL, FM_SDF_COARSE, fm_sdf_pieces(shape), 0));
     FM_TRY(record_level(j, slot, FM_KERNEL_MESH_SDF_TEXELS, FM_SDF_COARSE, 0, FM_SDF_LIST_MIDDLE));
-    fm_commands_pass(j->gpu, slot, "nearest", j->texels * j->texel_bytes);
+    fm_commands_pass(j->gpu, slot, "nearest", fm_voxels(shape) * j->texel_bytes);
     return FM_OK;
 }
 
 // What the kernels look at besides the tree.
-static fm_result prepare_sign(job *j) {
-    fm_mesh *mesh = j->mesh;
+static fm_result prepare_sign(fm_sdf_job *j) {
     if (j->plan->sign == FM_SIGN_NONE) {
         return FM_OK;
     }
-    FM_TRY(fm_gpu_mesh_joints(mesh));
-    const fm_mesh_info *info = &mesh->topology->info;
+    FM_TRY(fm_gpu_mesh_joints(j->mesh));
+    const fm_mesh_info *info = &j->mesh->topology->info;
     j->constants[2] = info->closed && info->dropped == 0;
     return FM_OK;
 }
 
-static fm_result record_mesh(job *j, fm_slot *slot) {
+static fm_result record_mesh(fm_sdf_job *j, fm_slot *slot, bool near) {
     fm_mesh *mesh = j->mesh;
     FM_TRY(fm_gpu_mesh_tree(mesh, slot, true));
-    if (j->plan->sign == FM_SIGN_PSEUDONORMAL) {
+    if (j->constants[0] == FM_SDF_PSEUDONORMAL) {
         FM_TRY(fm_gpu_mesh_normals(mesh, slot));
-    } else if (j->plan->sign == FM_SIGN_WINDING) {
+    } else if (j->constants[0] == FM_SDF_WINDING) {
         FM_TRY(fm_gpu_mesh_moments(mesh, slot));
+        j->push.moments = fm_buffer_address(mesh->gpu->moments);
     }
     j->push.mesh = fm_gpu_mesh_refs(mesh);
-    j->push.moments = mesh->gpu->moments ? fm_buffer_address(mesh->gpu->moments) : 0;
     j->push.joints = mesh->gpu->joints ? fm_buffer_address(mesh->gpu->joints) : 0;
-    return record(j, slot);
-}
-
-static uint64_t blocks_along(uint32_t size) {
-    return fm_div_up(size, FM_SDF_COARSE);
+    return near ? fm_gpu_near_record(j, slot) : record(j, slot);
 }
 
 fm_result fm_gpu_mesh_sdf(fm_mesh *mesh, const fm_sdf_plan *plan, fm_volume *distance, fm_volume *triangles, fm_ticket *ticket) {
-    const fm_shape shape = plan->shape;
-    job j = {.mesh = mesh,
-             .plan = plan,
-             .gpu = mesh->gpu->gpu,
-             .coarse = blocks_along(shape.x) * blocks_along(shape.y) * blocks_along(shape.z),
-             .texels = fm_voxels(shape),
-             .texel_bytes = triangles ? 8 : 4,
-             .constants = {sign_of(plan->sign), (uint32_t)plan->far_texels, 0, 0}};
+    fm_sdf_job j = {.mesh = mesh,
+                    .plan = plan,
+                    .gpu = mesh->gpu->gpu,
+                    .texel_bytes = triangles ? 8 : 4,
+                    .constants = {sign_of(plan->sign), (uint32_t)plan->far_texels, 0, 0}};
     FM_TRY(prepare_sign(&j));
+    const bool closed = j.constants[2] != 0;
+    const bool near = plan->far_texels == FM_FAR_BAND && (closed || plan->sign != FM_SIGN_WINDING);
+    // Closed meshes have whole winding numbers, which crossings count.
+    j.constants[0] = near && plan->sign == FM_SIGN_WINDING ? FM_SDF_CROSSINGS : j.constants[0];
     // A state for each block, a list entry likewise.
-    const uint64_t bytes = FM_SDF_HEADER_BYTES + j.coarse * (65 * 16 + 65 * 4);
+    const uint64_t bytes = near ? fm_gpu_near_bytes(&j) : FM_SDF_HEADER_BYTES + coarse_blocks(plan->shape) * (65 * 16 + 65 * 4);
     FM_TRY(fm_gpu_scratch(j.gpu, bytes, &j.push.scratch));
     j.scratch = fm_gpu_scratch_buffer(j.gpu);
     j.push.distance = fm_buffer_address(distance->buffer);
@@ -126,7 +118,7 @@ fm_result fm_gpu_mesh_sdf(fm_mesh *mesh, const fm_sdf_plan *plan, fm_volume *dis
     place_grid(plan, &j.push);
     fm_slot *slot;
     FM_TRY(fm_commands_begin(j.gpu, &slot));
-    fm_result status = record_mesh(&j, slot);
+    fm_result status = record_mesh(&j, slot, near);
     if (status == FM_OK) {
         status = fm_commands_submit(j.gpu, slot, ticket);
     }

@@ -13,20 +13,8 @@ layout(push_constant) uniform Push {
     fm_voxelize_push push;
 };
 
+#include "triangle_lists.glsl"
 #include "voxelize.glsl"
-
-// A group or many of voxelize_large.comp; entries of the latter grow from the back.
-void list(uint triangle, bool huge) {
-    const fm_address count = push.lists + (huge ? FM_VOXELIZE_HUGE : FM_VOXELIZE_LARGE);
-    const fm_address groups = push.lists + (huge ? FM_VOXELIZE_HUGE_GROUPS : FM_VOXELIZE_LARGE_GROUPS);
-    const uint parts = huge ? FM_VOXELIZE_PARTS : 1;
-    const uint i = atomicAdd(ref_u32(count).v, 1u);
-    if (i < FM_LIST_MAX_GROUPS / parts) {
-        atomicAdd(ref_u32(groups).v, parts);
-    }
-    const uint place = huge ? push.mesh.triangle_count - 1 - i : i;
-    ref_u32(push.lists + FM_VOXELIZE_ENTRIES + uint64_t(place) * 4).v = triangle;
-}
 
 // The most columns that the triangle's box has, seen along an axis.
 uint64_t most_columns(ivec3 size) {
@@ -43,7 +31,7 @@ void main() {
         const voxel_columns rows = voxel_rows(t);
         const uint64_t count = voxel_count(rows);
         if (count > FM_VOXELIZE_SMALL) {
-            list(uint(own), count > FM_VOXELIZE_GROUP_COLUMNS);
+            list_triangle(push.lists, push.mesh.triangle_count, uint(own), count > FM_VOXELIZE_GROUP_COLUMNS);
             return;
         }
         t = fm_voxel_axes(t);
@@ -59,7 +47,7 @@ void main() {
         return;
     }
     if (columns > FM_VOXELIZE_SMALL || uint64_t(size.x) * size.y * size.z > FM_VOXELIZE_SMALL) {
-        list(uint(own), columns > FM_VOXELIZE_GROUP_COLUMNS);
+        list_triangle(push.lists, push.mesh.triangle_count, uint(own), columns > FM_VOXELIZE_GROUP_COLUMNS);
         return;
     }
     t = fm_voxel_axes(t);

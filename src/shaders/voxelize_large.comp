@@ -16,6 +16,7 @@ layout(push_constant) uniform Push {
     fm_voxelize_push push;
 };
 
+#include "triangle_lists.glsl"
 #include "voxelize.glsl"
 
 ivec3 axes_of(int along) {
@@ -78,10 +79,9 @@ void cross_rows(fm_voxel_triangle t, uint first, uint step) {
 void main() {
     const uint parts = HUGE ? FM_VOXELIZE_PARTS : 1;
     const uint part = gl_WorkGroupID.x % parts;
-    const uint count = ref_u32(push.lists + (HUGE ? FM_VOXELIZE_HUGE : FM_VOXELIZE_LARGE)).v;
+    const uint count = listed_triangles(push.lists, HUGE);
     for (uint i = gl_WorkGroupID.x / parts; i < count; i += gl_NumWorkGroups.x / parts) {
-        const uint place = HUGE ? push.mesh.triangle_count - 1 - i : i;
-        const uint triangle = ref_u32(push.lists + FM_VOXELIZE_ENTRIES + uint64_t(place) * 4).v;
+        const uint triangle = listed_triangle(push.lists, push.mesh.triangle_count, i, HUGE);
         fm_voxel_triangle t;
         voxel_load(triangle, t);
         t = fm_voxel_axes(t);

@@ -148,6 +148,7 @@ FM_PUSH_STRUCT(fm_normals_push) {
 #define FM_SDF_UNSIGNED 0
 #define FM_SDF_PSEUDONORMAL 1
 #define FM_SDF_WINDING 2
+#define FM_SDF_CROSSINGS 3  // bits of the texels inside stand where the push has `moments`
 
 // What precedes the blocks in scratch memory: two lists, of coarse and of middle blocks to be looked into, and the band's width.
 #define FM_SDF_LIST_COARSE 0
@@ -169,6 +170,25 @@ FM_PUSH_STRUCT(fm_sdf_push) {
     fm_float spacing[3], spacing_rest[3];
 };
 
+// Near fields, whose far texels need no distance of their own: the middle blocks near the surface. Beside the band's width what
+// precedes them is their list, how far texels near the surface look, and the side of a grid that no surface is near, 1 inside. Then
+// follow, each from a multiple of 16 on: a bit for each block, whole words a row; a bit for each row that has one, whole words a
+// slice; a bit for each slice that has one; the list's entries.
+#define FM_NEAR_LIST 0
+#define FM_NEAR_REACH 36
+#define FM_NEAR_SIDE 40
+#define FM_NEAR_SMALL 64u            // blocks that an invocation tries by itself
+#define FM_NEAR_GROUP_COLUMNS 1024u  // that a group does by itself
+
+FM_PUSH_STRUCT(fm_near_push) {
+    fm_mesh_refs mesh;
+    fm_address bits;
+    fm_address lists;    // as voxelisation has them
+    fm_voxel_grid grid;  // of blocks
+    fm_float reach[3];   // in its units
+    fm_uint row_words;
+};
+
 // Scenes. Up to FM_SCENE_RUN consecutive vertices of an object that has moved, and the object's place among those given.
 #define FM_SCENE_RUN 256
 
@@ -187,6 +207,7 @@ FM_PUSH_STRUCT(fm_scene_push) {
 };
 
 #ifdef __STDC__
+_Static_assert(sizeof(fm_near_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_sdf_push) <= 128, "push constants are 128 bytes on every device");
 _Static_assert(sizeof(fm_joints) == 56, "as std430 lays it out");
 _Static_assert(sizeof(fm_query_push) <= 128, "push constants are 128 bytes on every device");

@@ -97,6 +97,17 @@ bool winding_inside(vec3 p) {
     return w > 0.5;
 }
 
+// Bits of the 32 texels of a row among which `at` is, counted by crossings.
+uint crossed_word(ivec3 at) {
+    ivec3 size = field_size();
+    uint64_t row = uint64_t(at.z) * size.y + at.y;
+    return ref_u32(push.moments + (row * ((uint(size.x) + 31) / 32) + uint(at.x) / 32) * 4).v;
+}
+
+bool crossed_inside(ivec3 at) {
+    return all(lessThan(at, field_size())) && (crossed_word(at) >> (uint(at.x) & 31u) & 1) != 0;
+}
+
 // n was found at p, its point is an offset.
 bool is_inside(vec3 p, mesh_nearest n) {
     if (SIGN == FM_SDF_PSEUDONORMAL) {

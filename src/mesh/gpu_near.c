@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT
+// Fields of meshes on Vulkan whose far texels have the band's width. Triangles mark the blocks of 4^3 texels that they are near to;
+// those are listed, and their texels look for the nearest triangle; all others get their side from the near ones. The tree is asked
+// nothing about places that the band does not reach.
+
+#include "mesh/gpu_sdf.h"
+#include "mesh/gpu_voxelize.h"
+#include "mesh/voxel_grid.h"
+
+#include <string.h>
+
+enum { THREADS = 64 };
+
+// Where the parts of the scratch memory begin, as sdf_near.glsl finds them but for the last three.
+typedef struct near_layout {
+    fm_shape blocks;
+    uint64_t row_words;
+    uint64_t slices, slice_bits, entries, lists, inside, counts, bytes;
+} near_layout;
+
+static uint64_t words(uint32_t bits) {
+    return fm_div_up(bits, 32);
+}
+
+static uint32_t blocks_along(uint32_t size) {
+    return (uint32_t)fm_div_up(size, FM_SDF_MIDDLE);
+}
+
+static fm_voxel_grid texel_grid(const fm_sdf_plan *plan) {
+    fm_volume_desc desc = {.shape = plan->shape};
+    memcpy(desc.spacing, plan->spacing, sizeof desc.spacing);
+    memcpy(desc.origin, plan->origin, sizeof desc.origin);
+    return fm_voxel_grid_of(&desc);
+}
+
+static fm_voxel_grid block_grid(const fm_sdf_plan *plan, fm_shape blocks) {
+    fm_volume_desc desc = {.shape = blocks};
+    for (int axis = 0; axis < 3; axis++) {
+        desc.spacing[axis] = FM_SDF_MIDDLE * plan->spacing[axis];
+        desc.origin[axis] = plan->origin[axis] + 0.5 * (FM_SDF_MIDDLE - 1) * plan->spacing[axis];
+    }
+    return fm_voxel_grid_of(&desc);
+}
+
+static near_layout layout_of(const fm_sdf_job *j) {
+    enum { STEP = 16 };
+    const fm_shape shape = j->plan->shape;
+    near_layout l = {.blocks = {blocks_along(shape.x), blocks_along(shape.y), blocks_along(shape.z)}};
+    l.row_words = words(l.blocks.x);
+    l.slices = FM_SDF_HEADER_BYTES + fm_round_up(4 * l.row_words * l.blocks.y * l.blocks.z, STEP);
+    l.slice_bits = l.slices + fm_round_up(4 * words(l.blocks.y) * l.blocks.z, STEP);
+    l.entries = l.slice_bits + fm_round_up(4 * words(l.blocks.z), STEP);
+    l.lists = l.entries + fm_round_up(4 * fm_voxels(l.blocks), STEP);
+    l.inside = l.lists + fm_voxelize_list_bytes(j->mesh->triangle_count);
+    l.counts = l.bytes = l.inside;
+    if (j->constants[0] == FM_SDF_CROSSINGS) {
+        const fm_voxel_grid grid = texel_grid(j->plan);
+        uint64_t slab_bytes;
+        (void)fm_voxelize_slab(&grid, &slab_bytes);
+        l.counts += fm_round_up(4 * words(shape.x) * shape.y * shape.z, STEP);
+        l.bytes = l.counts + slab_bytes;
+    }
+    return l;
+}
+
+uint64_t fm_gpu_near_bytes(const fm_sdf_job *j) {
+    return layout_of(j).bytes;
+}
+
+// How far texels of near blocks look: sides are carried from texel to texel, and the widest step must be within it.
+static float reach_of(const fm_sdf_plan *plan) {
+    const double widest = fmax(plan->spacing[0], fmax(plan->spacing[1], plan->spacing[2]));
+    return (float)fmin(fmax((double)plan->band * 1.00001, widest * 1.001), 1e18);
+}
+
+static void record_header(const fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
+    static const uint32_t empty[] = {FM_LIST_EMPTY};
+    for (uint32_t i = 0; i < 4; i++) {
+        fm_commands_fill(j->gpu, slot, j->scratch, FM_NEAR_LIST + 4 * i, 4, empty[i]);
+    }
+    uint32_t bits;
+    memcpy(&bits, &j->plan->band, sizeof bits);
+    fm_commands_fill(j->gpu, slot, j->scratch, FM_SDF_BAND, 4, bits);
+    const float reach = reach_of(j->plan);
+    memcpy(&bits, &reach, sizeof bits);
+    fm_commands_fill(j->gpu, slot, j->scratch, FM_NEAR_REACH, 4, bits);
+    fm_commands_fill(j->gpu, slot, j->scratch, FM_NEAR_SIDE, 4, 0);
+    fm_commands_fill(j->gpu, slot, j->scratch, FM_SDF_HEADER_BYTES, l->entries - FM_SDF_HEADER_BYTES, 0);
+}
+
+// Which texels are inside, by the crossings of rows.
+static fm_result record_crossings(fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
+    const fm_voxelize_job job = {.mesh = j->push.mesh,
+                                 .grid = texel_grid(j->plan),
+                                 .bits = true,
+                                 .voxels = j->scratch,
+                                 .voxels_at = l->inside,
+                                 .lists = j->scratch,
+                                 .lists_at = l->lists};
+    j->push.moments = j->push.scratch + l->inside;
+    fm_commands_fill(j->gpu, slot, j->scratch, l->inside, l->counts - l->inside, 0);
+    return fm_gpu_voxelize_inside(j->gpu, slot, &job, l->counts, "sign");
+}
+
+static fm_result record_near(const fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
+    fm_near_push push = {.mesh = j->push.mesh,
+                         .bits = j->push.scratch + FM_SDF_HEADER_BYTES,
+                         .lists = j->push.scratch + l->lists,
+                         .grid = block_grid(j->plan, l->blocks),
+                         .row_words = (uint32_t)l->row_words};
+    for (int axis = 0; axis < 3; axis++) {
+        push.reach[axis] = reach_of(j->plan) * push.grid.scale[axis];
+    }
+    uint32_t constants[] = {false};
+    const fm_triangle_work work = {.small = FM_KERNEL_MESH_NEAR,
+                                   .large = FM_KERNEL_MESH_NEAR_LARGE,
+                                   .constants = constants,
+                                   .constant_count = 1,
+                                   .push = &push,
+                                   .push_bytes = sizeof push,
+                                   .triangle_count = push.mesh.triangle_count,
+                                   .lists = j->scratch,
+                                   .lists_at = l->lists};
+    return fm_gpu_triangles(j->gpu, slot, &work);
+}
+
+static fm_result dispatch(const fm_sdf_job *j, fm_slot *slot, fm_kernel kernel, uint64_t groups) {
+    const fm_dispatch d = {.kernel = kernel,
+                           .constants = j->constants,
+                           .constant_count = 4,
+                           .push = &j->push,
+                           .push_bytes = sizeof j->push,
+                           .groups = groups,
+                           .indirect = groups > 0 ? NULL : j->scratch,
+                           .indirect_offset = FM_NEAR_LIST + 4};
+    return fm_commands_dispatch(j->gpu, slot, &d);
+}
+
+// The far texels; those of the near blocks are visible.
+static fm_result record_fill(const fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
+    if (j->constants[0] == FM_SDF_PSEUDONORMAL) {
+        FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_ROWS, fm_div_up((uint64_t)l->blocks.y * l->blocks.z, THREADS)));
+        fm_commands_barrier(j->gpu, slot);
+        FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_SIDE, 1));
+        fm_commands_barrier(j->gpu, slot);
+    }
+    return dispatch(j, slot, FM_KERNEL_MESH_NEAR_FILL, fm_sdf_pieces(j->plan->shape));
+}
+
+fm_result fm_gpu_near_record(fm_sdf_job *j, fm_slot *slot) {
+    const near_layout l = layout_of(j);
+    const uint64_t mesh_bytes = 12 * ((uint64_t)j->push.mesh.triangle_count + j->push.mesh.vertex_count);
+    const uint64_t bit_bytes = l.slices - FM_SDF_HEADER_BYTES;
+    record_header(j, slot, &l);
+    if (j->constants[0] == FM_SDF_CROSSINGS) {
+        FM_TRY(record_crossings(j, slot, &l));
+    }
+    FM_TRY(record_near(j, slot, &l));
+    fm_commands_barrier(j->gpu, slot);
+    FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_LIST, fm_div_up(bit_bytes / 4, THREADS)));
+    fm_commands_pass(j->gpu, slot, "near", mesh_bytes + 2 * bit_bytes);
+    FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_TEXELS, 0));
+    fm_commands_pass(j->gpu, slot, "nearest", 0);
+    FM_TRY(record_fill(j, slot, &l));
+    fm_commands_pass(j->gpu, slot, "fill", fm_voxels(j->plan->shape) * j->texel_bytes);
+    return FM_OK;
+}

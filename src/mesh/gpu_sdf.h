@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_GPU_SDF_H
+#define FM_GPU_SDF_H
+
+// A field on its way to the device, for gpu_sdf.c and gpu_near.c.
+
+#include "mesh/gpu_tree.h"
+#include "mesh/sdf.h"
+#include "mesh/topology.h"
+
+typedef struct fm_sdf_job {
+    fm_mesh *mesh;
+    const fm_sdf_plan *plan;
+    fm_gpu *gpu;
+    fm_buffer *scratch;  // where push.scratch is
+    uint64_t texel_bytes;
+    uint32_t constants[4];  // as sdf.glsl has them
+    fm_sdf_push push;
+} fm_sdf_job;
+
+// Groups of kernels that own 256 texels of a row each.
+static inline uint64_t fm_sdf_pieces(fm_shape shape) {
+    return fm_div_up(shape.x, 256) * (uint64_t)shape.y * shape.z;
+}
+
+// Of scratch memory.
+uint64_t fm_gpu_near_bytes(const fm_sdf_job *j);
+// Records a field with FM_FAR_BAND. What is needed of the mesh is recorded, passes have ended. Ends passes "sign" where crossings
+// are counted, "near", "nearest", "fill".
+fm_result fm_gpu_near_record(fm_sdf_job *j, fm_slot *slot);
+
+#endif

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#version 460
+#include "memory.glsl"
+#include "sdf.glsl"
+#include "sdf_near.glsl"
+#include "packet.glsl"
+
+// The texels of near blocks: exact distances with their sign. A group owns a block, an invocation a texel; those of a subgroup walk
+// together. Writes 4 bytes a texel, and 4 for its triangle; reads 4 bytes a block, what the walk visits and what signs take.
+//
+// A texel that finds nothing within its reach, which is at least a step to the next one, is on the side of the texel beside it, for
+// no surface is between the two. A block where none finds anything is near no more.
+
+layout(local_size_x = 64) in;
+
+shared uint masks[4];  // of the 64 texels: those whose side is known, two words, and those inside
+
+uint64_t mask_of(uint i) {
+    return uint64_t(masks[i]) | uint64_t(masks[i + 1]) << 32;
+}
+
+// Carries sides one texel further, to those that `step` less or more in number are, where `from` has them.
+void carry(inout uint64_t known, inout uint64_t inside, uint64_t up, uint64_t down, uint step) {
+    uint64_t fresh = known << step & up & ~known;
+    inside |= inside << step & fresh;
+    known |= fresh;
+    fresh = known >> step & down & ~known;
+    inside |= inside >> step & fresh;
+    known |= fresh;
+}
+
+// The side of every texel, from those that are known.
+uint64_t spread(uint64_t known, uint64_t inside) {
+    const uint64_t ALL = ~uint64_t(0);
+    const uint64_t NOT_FIRST_X = 0xeeeeeeeeeeeeeeeeul;
+    const uint64_t NOT_FIRST_Y = 0xfff0fff0fff0fff0ul;
+    const uint64_t NOT_LAST_X = 0x7777777777777777ul;
+    const uint64_t NOT_LAST_Y = 0x0fff0fff0fff0ffful;
+    [[dont_unroll]] for (uint i = 0; i < 9 && known != ALL; i++) {
+        carry(known, inside, NOT_FIRST_X, NOT_LAST_X, 1);
+        carry(known, inside, NOT_FIRST_Y, NOT_LAST_Y, 4);
+        carry(known, inside, ALL, ALL, 16);
+    }
+    return inside;
+}
+
+void set_mask(uint i) {
+    atomicOr(masks[i + gl_LocalInvocationIndex / 32], 1u << (gl_LocalInvocationIndex & 31u));
+}
+
+void store(ivec3 at, mesh_nearest n, bool inside) {
+    ivec3 size = field_size();
+    if (any(greaterThanEqual(at, size))) {
+        return;
+    }
+    float value = sqrt(n.distance2);
+    bool within = value <= band();
+    value = min(value, band());
+    uint64_t element = (uint64_t(at.z) * size.y + at.y) * size.x + at.x;
+    ref_u32(push.distance + element * 4).v = floatBitsToUint(inside ? -value : value);
+    if (push.triangles != 0) {
+        ref_u32(push.triangles + element * 4).v = within ? n.triangle : FM_GPU_NONE;
+    }
+}
+
+// Texels beyond the grid's end are looked at too: sides may come by way of them.
+void do_block(uvec3 grid, uvec3 block) {
+    ivec3 first = ivec3(block) * FM_SDF_MIDDLE;
+    ivec3 at = first + child_first(gl_LocalInvocationIndex, 1);
+    vec3 p = texel_place(vec3(at));
+    uvec2 range = packet_range();
+    vec3 middle = texel_place(vec3(first) + 0.5 * vec3(child_first(range.x, 1) + child_first(range.y, 1)));
+    if (gl_LocalInvocationIndex < 4) {
+        masks[gl_LocalInvocationIndex] = 0;
+    }
+    mesh_nearest n = packet_nearest(push.mesh, p, near_reach() * near_reach(), middle);
+    if (SIGN != FM_SDF_PSEUDONORMAL) {
+        store(at, n, SIGN == FM_SDF_CROSSINGS && crossed_inside(at));
+        return;
+    }
+    if (n.triangle != FM_GPU_NONE) {
+        set_mask(0);
+        if (is_inside(p, n)) {
+            set_mask(2);
+        }
+    }
+    barrier();
+    uint64_t known = mask_of(0);
+    if (known == 0) {
+        if (gl_LocalInvocationIndex == 0) {
+            atomicAnd(ref_u32(near_row(grid, block.y, block.z) + (block.x >> 5) * 4).v, ~(1u << (block.x & 31u)));
+        }
+    } else {
+        uint64_t inside = spread(known, mask_of(2));
+        store(at, n, (inside >> gl_LocalInvocationIndex & 1) != 0);
+    }
+    barrier();
+}
+
+void main() {
+    uvec3 grid = near_grid();
+    uint count = list_count(push.scratch + FM_NEAR_LIST);
+    for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
+        uint block = ref_u32(near_entries(grid) + uint64_t(i) * 4).v;
+        do_block(grid, uvec3(block % grid.x, block / grid.x % grid.y, block / grid.x / grid.y));
+    }
+}
