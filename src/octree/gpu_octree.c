@@ -40,7 +40,7 @@ static fm_result bring(const fm_octree *octree, struct fm_gpu_octree *own) {
     for (int i = 0; i < ARRAYS; i++) {
         FM_TRY(upload(octree, own, i));
     }
-    fm_octree_head head = octree->head;
+    fm_octree_head head = fm_octree_host_head(octree);
     head.words = address_of(own, WORDS);
     head.values = address_of(own, VALUES);
     head.attributes = octree->attributes.count > 0 ? address_of(own, ATTRIBUTES) : 0;

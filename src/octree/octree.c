@@ -98,6 +98,11 @@ static void fill_head(fm_octree *octree) {
     head->cutoff = (float)sqrt(diagonal2);
 }
 
+void fm_octree_size_arrays(fm_octree *octree) {
+    octree->words.size = octree->attributes.size = octree->extra.size = 4;
+    octree->values.size = octree->info.kind == FM_OCTREE_CLOSEST && octree->info.code == FM_OCTREE_FLOATS ? 12 : 4;
+}
+
 fm_result fm_octree_new(fm_context *context, const fm_octree_desc *desc, const double low[3], const double high[3],
                         fm_octree **result) {
     fm_octree *octree = fm_alloc_zero(&context->allocator, sizeof *octree, "an octree");
@@ -116,8 +121,7 @@ fm_result fm_octree_new(fm_context *context, const fm_octree_desc *desc, const d
                                     .sign = desc->sign,
                                     .shared = desc->share};
     octree->version = 1;
-    octree->words.size = octree->attributes.size = octree->extra.size = 4;
-    octree->values.size = desc->kind == FM_OCTREE_CLOSEST && desc->code == FM_OCTREE_FLOATS ? 12 : 4;
+    fm_octree_size_arrays(octree);
     const fm_result status = make_grid(octree, low, high);
     if (status != FM_OK) {
         fm_octree_destroy(octree);
@@ -178,6 +182,8 @@ void fm_octree_counted(fm_octree *octree) {
 
 fm_octree_head fm_octree_host_head(const fm_octree *octree) {
     fm_octree_head head = octree->head;
+    head.attribute = (int32_t)octree->info.attribute;
+    head.sign = octree->info.sign != FM_SIGN_NONE;
     head.words = (uintptr_t)octree->words.data;
     head.values = (uintptr_t)octree->values.data;
     head.attributes = (uintptr_t)octree->attributes.data;

@@ -42,6 +42,8 @@ fm_result fm_octree_check_desc(const fm_octree_desc *desc, fm_octree_desc *fille
 // A new octree with `info` and `head` of the grid that `desc` (checked) asks for in a box; arrays empty.
 fm_result fm_octree_new(fm_context *context, const fm_octree_desc *desc, const double low[3], const double high[3],
                         fm_octree **octree);
+// Sets how many bytes an element of each array has, which kind and code decide.
+void fm_octree_size_arrays(fm_octree *octree);
 // Room for `more` elements behind those in use; false: no memory, with the error set. Host memory counts as FM_PURPOSE_OCTREES.
 bool fm_octree_reserve(fm_octree *octree, fm_octree_array *array, uint64_t more);
 void fm_octree_array_free(fm_octree *octree, fm_octree_array *array);

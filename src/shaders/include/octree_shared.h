@@ -47,6 +47,8 @@ FM_PUSH_STRUCT(fm_octree_head) {
     fm_float cell;
     fm_float low[3], high[3];  // the box that rays enter, which the top grid holds
     fm_float cutoff;           // D of empty leaves
+    fm_int attribute;          // fm_octree_attribute
+    fm_int sign;               // DISTANCE and BRICKS: 0 where distances have none, so that a surface is what is near
     fm_int unused;
 };
 
@@ -57,8 +59,21 @@ FM_PUSH_STRUCT(fm_octree_part) {
     fm_int unused;
 };
 
+// The parts of a streamed octree's box: cubes, x fastest. Where a ray is in a part that is there and within `distance` of the
+// camera it goes through the part's own octree, elsewhere through the coarse one. What `shown` says is the share of a picture's
+// pixels that do so: each ray sees one surface, so that depth, normal and what it reflects belong together, and a part that
+// appears costs no second ray.
+FM_PUSH_STRUCT(fm_octree_grid) {
+    fm_address parts;  // fm_octree_part of each; 0: there are none
+    fm_int count[3];
+    fm_float origin[3];
+    fm_float size;  // edge of a part
+    fm_float distance;
+};
+
 #ifdef __STDC__
-_Static_assert(sizeof(fm_octree_head) == 104, "as std430 lays it out");
+_Static_assert(sizeof(fm_octree_head) == 112 && sizeof(fm_octree_part) == 16 && sizeof(fm_octree_grid) == 40,
+               "as std430 lays them out");
 #endif
 
 #endif
