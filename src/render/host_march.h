@@ -247,7 +247,7 @@ static inline float fm_beam_end(const fm_grid *grid, const fm_march_push *push, 
         const float at[3] = {push->origin[0] + way[0] * time, push->origin[1] + way[1] * time, push->origin[2] + way[2] * time};
         (*reads)++;
         const float room = fm_steps_around(grid, at) - FM_BEAM_APART - spread * time;
-        if (room < 1) {
+        if (room < FM_BEAM_ROOM) {
             break;
         }
         time += room / (spread + speed);

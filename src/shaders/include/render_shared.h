@@ -25,6 +25,7 @@
 // Two points whose coordinates differ by m in sum lie in cells at most m + 3 apart; the rest is for the rounding of positions.
 #define FM_BEAM_APART 3.5f
 #define FM_BEAM_READS 512  // at most
+#define FM_BEAM_ROOM 4.0f  // a beam that could go less far than this leaves the rest to the rays
 
 // Light, in squares of what is stored.
 #define FM_SUN_LIGHT 1.05f, 0.97f, 0.82f
