@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_OCTREE_FILE_H
+#define FM_OCTREE_FILE_H
+
+// How octrees lie in .fmo files (docs/formats.md). An image is an octree as a file has it: a page with its header and the table of
+// its sections, then the sections, each from a new page on. A plain file is one image. A file with parts is the image of the coarse
+// octree, then those of the parts that hold a surface, then the directory that says where they are, in the file's last pages.
+
+#include "octree/octree.h"
+
+#include "io/stream.h"
+
+enum {
+    FM_FMO_VERSION = 1,
+    FM_FMO_PAGE = 4096,
+    FM_FMO_SECTIONS = 4,
+    FM_FMO_MOST_SECTIONS = 64,  // so that the table is in the first page
+    FM_FMO_MOST_PARTS = 1 << 20,
+};
+
+// The first byte is no text's, and line ends that a transfer has changed are found out, as in PNG.
+#define FM_FMO_MAGIC                                                                                                               \
+    "\x89"                                                                                                                         \
+    "FMO\r\n\x1a\n"
+
+typedef struct fm_fmo_header {
+    uint8_t magic[8];
+    uint32_t version, sections;
+    uint64_t image_bytes;  // whole pages
+    uint32_t kind, method, code, attribute, sign, shared;
+    uint32_t size, rounds;
+    double origin[3], cell;
+    uint32_t cells[3], top[3], levels, unused;
+    float low[3], high[3], cutoff, threshold;
+    uint64_t internal, leaves[24], empty, unshared_bytes, top_bytes;
+    double code_error;
+    uint32_t parts[3], part_cells;  // all 0 where there are none
+    double part_edge;               // parts are cubes from `low` on
+    uint32_t table_sum;             // CRC-32 of the page behind the header
+    uint32_t header_sum;            // of the header up to here
+} fm_fmo_header;
+
+typedef struct fm_fmo_section {
+    uint32_t name;     // fm_fmo_name
+    uint32_t element;  // bytes of each
+    uint64_t offset;   // from the image's first byte
+    uint64_t bytes;
+    uint32_t sum;  // CRC-32
+    uint32_t unused;
+} fm_fmo_section;
+
+// Where a part's image is in the file; all 0 where nothing of the surface is in the part. Parts are ordered with x fastest. Behind
+// the last stands the sum of all, in four bytes.
+typedef struct fm_fmo_part {
+    uint64_t offset, bytes;
+    uint32_t words;       // elements of the image's section of nodes
+    uint32_t header_sum;  // of the image
+} fm_fmo_part;
+
+typedef enum fm_fmo_name {
+    FM_FMO_WORDS = 0x44524f57,  // "WORD" as the bytes stand
+    FM_FMO_VALUES = 0x554c4156,
+    FM_FMO_ATTRIBUTES = 0x52545441,
+    FM_FMO_EXTRA = 0x52545845
+} fm_fmo_name;
+
+_Static_assert(sizeof(fm_fmo_header) == 416 && sizeof(fm_fmo_section) == 32 && sizeof(fm_fmo_part) == 24, "no gaps");
+_Static_assert(sizeof(fm_fmo_header) + FM_FMO_MOST_SECTIONS * sizeof(fm_fmo_section) <= FM_FMO_PAGE, "the table is in a page");
+
+// file_write.c: writes the octree's image. Of `about`, which may be NULL, the parts are taken. `written` gets the header.
+fm_result fm_fmo_write_image(fm_output *output, const fm_octree *octree, const fm_fmo_header *about, fm_fmo_header *written);
+// Completes what is written and gives it its name, or takes it back where `result` is an error; gives that back.
+fm_result fm_fmo_place(fm_output *output, fm_result result);
+// Sets the sums of a first page.
+void fm_fmo_seal(uint8_t page[FM_FMO_PAGE]);
+
+// file_read.c. Fills an octree's numbers, whose arrays then point into the image: aligned to 8 bytes, `bytes` at hand, of which
+// `header->image_bytes` are the image's. Checks what can be checked without looking at the sections. `name` is for messages.
+fm_result fm_fmo_open_image(const uint8_t *image, uint64_t bytes, const char *name, fm_octree *octree, fm_fmo_header *header);
+// Checks sums and contents. `marks` are fm_octree_marks(octree) bytes, all 0. Neither call takes memory or touches the context, so
+// that any thread may make it.
+fm_result fm_fmo_check_image(const uint8_t *image, const char *name, const fm_octree *octree, uint8_t *marks);
+
+// The memory of an image, and what gives it back once an octree's `mapped` and `mapped_bytes` are it.
+typedef struct fm_fmo_memory {
+    void *data;
+    uint64_t bytes;
+    void (*release)(fm_octree *octree);
+} fm_fmo_memory;
+
+// An octree of checked numbers that keeps the memory.
+fm_result fm_fmo_keep_image(fm_context *context, const fm_fmo_memory *memory, const fm_octree *numbers, fm_octree **octree);
+// Everything together for a whole file in memory, which stays the caller's on failure.
+fm_result fm_fmo_read_image(fm_context *context, const fm_fmo_memory *memory, const char *name, fm_octree **octree);
+
+// validate.c: whether rays can go through the octree without leaving its arrays or its levels; what is wrong is FM_ERROR_FORMAT.
+fm_result fm_octree_validate(const fm_octree *octree, uint8_t *marks);
+uint64_t fm_octree_marks(const fm_octree *octree);
+
+#endif

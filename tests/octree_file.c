@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: MIT
+
+// Octree files: what is read is what was written, and nothing that is wrong with a file is taken.
+
+#include "faulty.h"
+#include "octree_made.h"
+
+#include <sys/mman.h>
+
+static const fm_octree_desc kinds[] = {
+    {.kind = FM_OCTREE_CLOSEST, .size = 48},
+    {.kind = FM_OCTREE_CLOSEST, .size = 40, .code = FM_OCTREE_FLOATS, .attribute = FM_OCTREE_COLOR, .method = FM_OCTREE_GROWN},
+    {.kind = FM_OCTREE_CLOSEST, .size = 32, .code = FM_OCTREE_OCTAHEDRAL, .share = true, .threshold = -1, .rounds = 7},
+    {.kind = FM_OCTREE_DISTANCE, .size = 50, .sign = FM_SIGN_WINDING},
+    {.kind = FM_OCTREE_VOXELS, .size = 64, .top_bytes = 8},
+};
+enum { KINDS = sizeof kinds / sizeof kinds[0] };
+
+static bool same_array(const fm_octree_array *a, const fm_octree_array *b) {
+    return a->count == b->count && a->size == b->size && (a->count == 0 || memcmp(a->data, b->data, a->count * a->size) == 0);
+}
+
+static bool same_info(const fm_octree *a, const fm_octree *b) {
+    fm_octree_info x, y;
+    fm_octree_describe(a, &x);
+    fm_octree_describe(b, &y);
+    return x.kind == y.kind && x.method == y.method && x.code == y.code && x.attribute == y.attribute && x.sign == y.sign &&
+           x.shared == y.shared && memcmp(x.origin, y.origin, sizeof x.origin) == 0 && memcmp(&x.cell, &y.cell, 8) == 0 &&
+           memcmp(x.cells, y.cells, sizeof x.cells) == 0 && memcmp(x.top, y.top, sizeof x.top) == 0 && x.levels == y.levels &&
+           memcmp(x.low, y.low, sizeof x.low) == 0 && memcmp(x.high, y.high, sizeof x.high) == 0 && x.internal == y.internal &&
+           memcmp(x.leaves, y.leaves, sizeof x.leaves) == 0 && x.empty == y.empty && x.node_bytes == y.node_bytes &&
+           x.leaf_bytes == y.leaf_bytes && x.attribute_bytes == y.attribute_bytes && x.unshared_bytes == y.unshared_bytes &&
+           memcmp(&x.code_error, &y.code_error, 8) == 0;
+}
+
+static void round_trip(fm_context *context, const fm_octree_desc *desc) {
+    const char *path = io_path("a.fmo"), *again = io_path("b.fmo");
+    fm_octree *octree = made_octree(context, desc, 7), *read = NULL;
+    if (!octree || !CHECK_OK(fm_octree_write(octree, path)) || !CHECK_OK(fm_octree_read(context, path, &read))) {
+        fm_octree_destroy(octree);
+        return;
+    }
+    CHECK(octree->info.internal > 20 && octree->values.count > 20);
+    CHECK(same_info(octree, read));
+    CHECK(same_array(&octree->words, &read->words) && same_array(&octree->values, &read->values));
+    CHECK(same_array(&octree->attributes, &read->attributes) && same_array(&octree->extra, &read->extra));
+    CHECK(octree->desc.threshold == read->desc.threshold && octree->desc.rounds == read->desc.rounds &&
+          octree->desc.size == read->desc.size && octree->desc.top_bytes == read->desc.top_bytes);
+    CHECK(memcmp(&octree->head, &read->head, sizeof octree->head) == 0);
+    // What is mapped can be written to, and the file stays as it is.
+    CHECK(read->unmap && read->words.room == 0);
+    size_t size = 0, size2 = 0;
+    uint8_t *bytes = io_contents(path, &size);
+    made_word(read, 0, FM_NODE_EMPTY);
+    made_word(read, 0, *(const uint32_t *)(const void *)octree->words.data);
+    CHECK(fm_octree_reserve(read, &read->words, 8) && same_array(&octree->words, &read->words));
+    CHECK_OK(fm_octree_write(read, again));
+    uint8_t *bytes2 = io_contents(again, &size2);
+    CHECK(size == size2 && memcmp(bytes, bytes2, size) == 0);
+    CHECK(size % FM_FMO_PAGE == 0);
+    free(bytes);
+    free(bytes2);
+    fm_octree_destroy(octree);
+    fm_octree_destroy(read);
+    io_clear();
+}
+
+// From memory, so that no disk is worn: the result of reading it.
+static void keep(fm_octree *octree) {
+    (void)octree;
+}
+
+static fm_result read_bytes(fm_context *context, const uint8_t *bytes, uint64_t size) {
+    // At the end of a page of its own, so that a read beyond it is found by a sanitizer.
+    uint8_t *copy = aligned_alloc(64, fm_round_up(size + 1, 64));
+    memcpy(copy, bytes, size);
+    const fm_fmo_memory memory = {copy, size, keep};
+    fm_octree *octree = NULL;
+    const fm_result result = fm_fmo_read_image(context, &memory, "some.fmo", &octree);
+    if (result == FM_OK) {
+        fm_octree_destroy(octree);
+    } else {
+        CHECK(octree == NULL && strstr(fm_last_error(), "some.fmo: ") == fm_last_error());
+    }
+    free(copy);
+    return result;
+}
+
+static uint8_t *made_file(fm_context *context, const fm_octree_desc *desc, size_t *size) {
+    fm_octree *octree = made_octree(context, desc, 11);
+    CHECK_OK(fm_octree_write(octree, io_path("c.fmo")));
+    fm_octree_destroy(octree);
+    uint8_t *bytes = io_contents(io_path("c.fmo"), size);
+    io_clear();
+    return bytes;
+}
+
+static void truncated(fm_context *context, const uint8_t *bytes, size_t size) {
+    CHECK_OK(read_bytes(context, bytes, size));
+    for (size_t length = 0; length < size; length += length < 600 ? 1 : 509) {
+        if (!CHECK_FAILS(read_bytes(context, bytes, length), FM_ERROR_FORMAT)) {
+            fprintf(stderr, "    cut after %zu bytes\n", length);
+        }
+    }
+    uint8_t *longer = calloc(1, size + FM_FMO_PAGE);
+    memcpy(longer, bytes, size);
+    CHECK_FAILS(read_bytes(context, longer, size + FM_FMO_PAGE), FM_ERROR_FORMAT);
+    CHECK_FAILS(read_bytes(context, longer, size + 1), FM_ERROR_FORMAT);
+    free(longer);
+}
+
+// Whether a byte is one that a checksum covers: the rest fills pages.
+static bool covered(const uint8_t *bytes, size_t at) {
+    for (uint32_t i = 0; at >= FM_FMO_PAGE && i < FM_FMO_SECTIONS; i++) {
+        fm_fmo_section section;
+        memcpy(&section, bytes + sizeof(fm_fmo_header) + i * sizeof section, sizeof section);
+        if (at >= section.offset && at < section.offset + section.bytes) {
+            return true;
+        }
+    }
+    return at < FM_FMO_PAGE;
+}
+
+static void one_bit(fm_context *context, uint8_t *bytes, size_t size) {
+    for (size_t at = 0; at < size; at += at < 700 ? 1 : 61) {
+        bytes[at] ^= (uint8_t)(1u << at % 8);
+        const fm_result result = read_bytes(context, bytes, size);
+        bytes[at] ^= (uint8_t)(1u << at % 8);
+        if (!CHECK(result == (covered(bytes, at) ? FM_ERROR_FORMAT : FM_OK))) {
+            fprintf(stderr, "    bit at byte %zu\n", at);
+        }
+    }
+}
+
+// With the checksums made right again.
+static void wrong_bytes(fm_context *context, const uint8_t *bytes, size_t size, size_t at, const void *wrong, size_t length,
+                        const char *says) {
+    uint8_t *copy = malloc(size);
+    memcpy(copy, bytes, size);
+    memcpy(copy + at, wrong, length);
+    made_seal(copy, size);
+    if (!CHECK_FAILS(read_bytes(context, copy, size), FM_ERROR_FORMAT) || !CHECK(strstr(fm_last_error(), says) != NULL)) {
+        fprintf(stderr, "    \"%s\" is not in: %s\n", says, fm_last_error());
+    }
+    free(copy);
+}
+
+#define WRONG(context, bytes, size, type, at, value, says)                                                                         \
+    wrong_bytes(context, bytes, size, at, &(const type){value}, sizeof(type), says)
+#define WRONG_HEADER(type, field, value, says) WRONG(context, bytes, size, type, offsetof(fm_fmo_header, field), value, says)
+
+static void wrong_header(fm_context *context, const uint8_t *bytes, size_t size) {
+    WRONG_HEADER(uint32_t, version, 2, "version 2");
+    WRONG_HEADER(uint32_t, version, 0, "version 0");
+    WRONG_HEADER(uint32_t, kind, FM_OCTREE_KINDS, "kind 7");
+    WRONG_HEADER(uint32_t, kind, UINT32_MAX, "kind");
+    WRONG_HEADER(uint32_t, method, 2, "method 2");
+    WRONG_HEADER(uint32_t, code, 3, "code 3");
+    WRONG_HEADER(uint32_t, attribute, 9, "attribute 9");
+    WRONG_HEADER(uint32_t, sign, 99, "sign 99");
+    WRONG_HEADER(uint32_t, shared, 2, "shared 2");
+    WRONG_HEADER(uint32_t, levels, 0, "0 levels");
+    WRONG_HEADER(uint32_t, levels, 21, "21 levels");
+    WRONG_HEADER(uint32_t, sections, 65, "65 sections");
+    WRONG_HEADER(uint32_t, sections, 3, "sections end");
+    WRONG_HEADER(uint32_t, sections, 5, "section");
+    WRONG_HEADER(uint64_t, image_bytes, size + FM_FMO_PAGE, "truncated");
+    WRONG_HEADER(uint64_t, image_bytes, size - FM_FMO_PAGE, "section");
+    WRONG_HEADER(uint64_t, image_bytes, size - 1, "truncated");
+    WRONG_HEADER(double, cell, 0, "cell");
+    WRONG_HEADER(double, cell, -1, "cell");
+    WRONG_HEADER(double, cell, (double)NAN, "cell");
+    WRONG_HEADER(double, cell, 1e-60, "cell");
+    WRONG_HEADER(double, cell, 1e300, "cell");
+    WRONG_HEADER(float, cutoff, 0, "cutoff");
+    WRONG_HEADER(float, cutoff, INFINITY, "cutoff");
+    WRONG_HEADER(double, origin, (double)NAN, "box");
+    WRONG_HEADER(double, origin, 1e300, "box");
+    WRONG_HEADER(double, origin, 1000, "not within");
+    WRONG_HEADER(float, low[1], NAN, "axis 1");
+    WRONG_HEADER(float, low[2], 5, "axis 2");
+    WRONG_HEADER(float, high[0], -INFINITY, "axis 0");
+    WRONG_HEADER(float, high[0], 1000, "not within");
+    WRONG_HEADER(uint32_t, cells[0], 0, "cells");
+    WRONG_HEADER(uint32_t, cells[0], 1 << 21, "cells");
+    WRONG_HEADER(uint32_t, top[1], 0, "top grid");
+    WRONG_HEADER(uint32_t, top[1], UINT32_MAX, "top grid");
+    WRONG_HEADER(uint32_t, top[1], 1 << 20, "top grid");
+}
+
+static void wrong_nodes(fm_context *context, const uint8_t *bytes, size_t size) {
+    fm_fmo_header header;
+    memcpy(&header, bytes, sizeof header);
+    const uint32_t *words = (const uint32_t *)(const void *)(bytes + FM_FMO_PAGE);
+    fm_fmo_section section;
+    memcpy(&section, bytes + sizeof header, sizeof section);
+    const uint32_t count = (uint32_t)(section.bytes / 4);
+    size_t internal = 0, leaf = 0;
+    while (words[internal] >= FM_NODE_EMPTY) {
+        internal++;
+    }
+    while (!(words[leaf] >> 31)) {
+        leaf++;
+    }
+    const size_t child = FM_FMO_PAGE + 4ull * words[internal];
+    internal = FM_FMO_PAGE + 4 * internal;
+    leaf = FM_FMO_PAGE + 4 * leaf;
+    WRONG(context, bytes, size, uint32_t, internal, count, "children begin");
+    WRONG(context, bytes, size, uint32_t, internal, count - 7, "children begin");
+    WRONG(context, bytes, size, uint32_t, internal, FM_NODE_EMPTY - 1, "children begin");
+    WRONG(context, bytes, size, uint32_t, internal, 0, "too deep");
+    // A child that is its own parent.
+    WRONG(context, bytes, size, uint32_t, child, (uint32_t)(child - FM_FMO_PAGE) / 4, "too deep");
+    WRONG(context, bytes, size, uint32_t, leaf, 0x80000000, "leaves");
+    WRONG(context, bytes, size, uint32_t, leaf, 0x81000000, "leaves");
+    fm_fmo_section values;
+    memcpy(&values, bytes + sizeof header + sizeof section, sizeof values);
+    const uint32_t columns = (uint32_t)(values.bytes / values.element / FM_COLUMN_VALUES);
+    if (header.kind == FM_OCTREE_VOXELS) {
+        WRONG(context, bytes, size, uint32_t, leaf, ~(uint32_t)(values.bytes / 4), "leaves");
+    } else {
+        WRONG(context, bytes, size, uint32_t, leaf, ~(columns - 1), "leaves");
+    }
+    if (header.kind == FM_OCTREE_DISTANCE || header.code == FM_OCTREE_FLOATS) {
+        WRONG(context, bytes, size, float, values.offset + 8, NAN, "finite");
+        WRONG(context, bytes, size, float, values.offset + values.bytes - 4, INFINITY, "finite");
+    }
+    const size_t at = sizeof header + offsetof(fm_fmo_section, offset);
+    WRONG(context, bytes, size, uint64_t, at, FM_FMO_PAGE + 1, "section 0");
+    WRONG(context, bytes, size, uint64_t, at, UINT64_MAX - 4095, "section 0");
+    WRONG(context, bytes, size, uint64_t, sizeof header + offsetof(fm_fmo_section, bytes), UINT64_MAX, "section 0");
+    WRONG(context, bytes, size, uint64_t, sizeof header + offsetof(fm_fmo_section, bytes), section.bytes - 1, "section 0");
+    WRONG(context, bytes, size, uint32_t, sizeof header + offsetof(fm_fmo_section, element), 0, "section 0");
+    WRONG(context, bytes, size, uint32_t, sizeof header + offsetof(fm_fmo_section, element), 2, "elements");
+    WRONG(context, bytes, size, uint32_t, sizeof header + offsetof(fm_fmo_section, name), FM_FMO_VALUES, "");
+    // Without any nodes.
+    WRONG(context, bytes, size, uint32_t, sizeof header + offsetof(fm_fmo_section, name), 1, "top grid");
+}
+
+// Deep sharing: every node of a level has the same eight children. Looked at one by one they would be 8^20.
+static void shared(fm_context *context) {
+    const fm_octree_desc desc = {.kind = FM_OCTREE_VOXELS, .size = 1 << 20, .top_bytes = 4};
+    static const double low[3] = {0}, high[3] = {1, 1, 1};
+    fm_octree_desc filled;
+    fm_octree *octree = NULL;
+    if (!CHECK_OK(fm_octree_check_desc(&desc, &filled)) || !CHECK_OK(fm_octree_new(context, &filled, low, high, &octree))) {
+        return;
+    }
+    CHECK(octree->info.levels == 20);
+    const uint64_t count = 1 + 8ull * octree->info.levels;
+    CHECK(fm_octree_reserve(octree, &octree->words, count) && fm_octree_reserve(octree, &octree->values, 1));
+    octree->words.count = count;
+    octree->values.count = 1;
+    memset(octree->values.data, 1, 4);
+    for (uint64_t i = 0; i < count; i++) {
+        made_word(octree, i, i < count - 8 ? (uint32_t)(1 + (i + 7) / 8 * 8) : UINT32_MAX);
+    }
+    fm_octree_counted(octree);
+    fm_octree *read = NULL;
+    CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));
+    CHECK_OK(fm_octree_read(context, io_path("deep.fmo"), &read));
+    fm_octree_destroy(read);
+    octree->info.levels = 19;
+    octree->info.top[0] = octree->info.top[1] = octree->info.top[2] = 2;
+    CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));
+    CHECK_FAILS(fm_octree_read(context, io_path("deep.fmo"), &read), FM_ERROR_FORMAT);
+    fm_octree_destroy(octree);
+    io_clear();
+}
+
+static void places(fm_context *context) {
+    fm_octree *octree = made_octree(context, &kinds[0], 3), *read = NULL;
+    CHECK_FAILS(fm_octree_write(NULL, io_path("a.fmo")), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_octree_write(octree, NULL), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_octree_write(octree, ""), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_octree_write(octree, io_path("nowhere/a.fmo")), FM_ERROR_IO);
+    CHECK_FAILS(fm_octree_write(octree, io_directory), FM_ERROR_IO);
+    CHECK_FAILS(fm_octree_write(octree, "/dev/full"), FM_ERROR_IO);
+    CHECK_FAILS(fm_octree_read(NULL, io_path("a.fmo"), &read), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_octree_read(context, NULL, &read), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_octree_read(context, io_path("a.fmo"), NULL), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_octree_read(context, io_path("a.fmo"), &read), FM_ERROR_IO);
+    CHECK_FAILS(fm_octree_read(context, io_directory, &read), FM_ERROR_IO);
+    CHECK_FAILS(fm_octree_read(context, "/dev/null", &read), FM_ERROR_FORMAT);
+    io_store(io_path("text.fmo"), "some text", 9);
+    CHECK_FAILS(fm_octree_read(context, io_path("text.fmo"), &read), FM_ERROR_FORMAT);
+    CHECK(read == NULL && io_file_count() == 1);
+    // A gzipped one is read, too.
+    CHECK_OK(fm_octree_write(octree, io_path("a.fmo")));
+    size_t size = 0;
+    uint8_t *bytes = io_contents(io_path("a.fmo"), &size);
+    gzFile packed = gzopen(io_path("a.fmo.gz"), "wb");
+    CHECK(gzwrite(packed, bytes, (unsigned)size) == (int)size && gzclose(packed) == Z_OK);
+    CHECK_OK(fm_octree_read(context, io_path("a.fmo.gz"), &read));
+    CHECK(read && same_info(octree, read) && same_array(&octree->words, &read->words));
+    free(bytes);
+    fm_octree_destroy(read);
+    fm_octree_destroy(octree);
+    io_clear();
+}
+
+static fm_result attempt(fm_context *context, void *user) {
+    fm_octree *octree = NULL;
+    fm_result result = fm_octree_read(context, user, &octree);
+    if (result == FM_OK) {
+        result = fm_octree_write(octree, io_path("out.fmo"));
+    }
+    fm_octree_destroy(octree);
+    return result;
+}
+
+int main(void) {
+    fm_context *context = NULL;
+    const fm_context_desc cpu = {.backend = FM_BACKEND_CPU, .threads = 1};
+    if (!io_begin() || !CHECK_OK(fm_context_create(&cpu, &context))) {
+        return check_summary();
+    }
+    for (int i = 0; i < KINDS; i++) {
+        round_trip(context, &kinds[i]);
+        size_t size = 0;
+        uint8_t *bytes = made_file(context, &kinds[i], &size);
+        if (i == 0) {
+            truncated(context, bytes, size);
+            one_bit(context, bytes, size);
+            wrong_header(context, bytes, size);
+        }
+        wrong_nodes(context, bytes, size);
+        free(bytes);
+    }
+    shared(context);
+    places(context);
+    fm_octree *octree = made_octree(context, &kinds[1], 5);
+    char path[512];
+    snprintf(path, sizeof path, "%s", io_path("in.fmo"));
+    CHECK_OK(fm_octree_write(octree, path));
+    fm_octree_destroy(octree);
+    exhaust("an octree's file", attempt, path, -1);
+    fm_context_destroy(context);
+    return io_end();
+}

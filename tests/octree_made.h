@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_OCTREE_MADE_H
+#define FM_OCTREE_MADE_H
+
+// Octrees without a surface: random nodes and values, as a builder might leave them, and files of them with true checksums.
+
+#include "check.h"
+#include "octree/file.h"
+#include "random.h"
+
+#include <string.h>
+#include <zlib.h>
+
+static inline void made_word(fm_octree *octree, uint64_t at, uint32_t word) {
+    memcpy(octree->words.data + at * 4, &word, sizeof word);
+}
+
+// Up to eight children of a random node of a level, and so on.
+static inline void made_below(fm_octree *octree, uint64_t at, uint32_t level, uint64_t *seed) {
+    const int choice = at == 0 ? 0 : test_between(seed, 0, 5);
+    if (level > 0 && choice < 2 && fm_octree_reserve(octree, &octree->words, 8)) {
+        const uint64_t first = octree->words.count;
+        octree->words.count += 8;
+        memset(octree->words.data + first * 4, 0x7f, 32);
+        made_word(octree, at, (uint32_t)first);
+        octree->info.internal++;
+        for (uint64_t i = 0; i < 8; i++) {
+            made_below(octree, first + i, level - 1, seed);
+        }
+    } else if (choice == 2) {
+        uint64_t leaf = 0;
+        for (int l = 0; l < 24; l++) {
+            leaf += octree->info.leaves[l];
+        }
+        made_word(octree, at, ~(uint32_t)leaf);
+        octree->info.leaves[level]++;
+    } else {
+        made_word(octree, at, fm_octree_empty_word(0.3, 1));
+        octree->info.empty++;
+    }
+}
+
+static inline bool made_values(fm_octree *octree, uint64_t count, uint64_t *seed) {
+    fm_octree_array *const arrays[] = {&octree->values, &octree->attributes, &octree->extra};
+    const bool plain = octree->info.attribute == FM_OCTREE_PLAIN;
+    for (int i = 0; i < 3; i++) {
+        const uint64_t wanted = i == 0 || (i == 1 && !plain) ? count : i == 2 ? 5 : 0;
+        if (wanted > 0 && !fm_octree_reserve(octree, arrays[i], wanted)) {
+            return false;
+        }
+        arrays[i]->count = wanted;
+        for (uint64_t k = 0; k < wanted * arrays[i]->size / 4; k++) {
+            const float value = (float)test_between(seed, -1000, 1000) / 500;
+            memcpy(arrays[i]->data + k * 4, &value, sizeof value);
+        }
+    }
+    return true;
+}
+
+// CLOSEST, DISTANCE or VOXELS.
+static inline fm_octree *made_octree(fm_context *context, const fm_octree_desc *desc, uint64_t seed) {
+    static const double low[3] = {-1, 2, 0.5}, high[3] = {2, 4, 1.75};
+    fm_octree_desc filled;
+    fm_octree *octree = NULL;
+    if (!CHECK_OK(fm_octree_check_desc(desc, &filled)) || !CHECK_OK(fm_octree_new(context, &filled, low, high, &octree))) {
+        return NULL;
+    }
+    const uint64_t top = (uint64_t)octree->info.top[0] * octree->info.top[1] * octree->info.top[2];
+    if (!CHECK(fm_octree_reserve(octree, &octree->words, top))) {
+        fm_octree_destroy(octree);
+        return NULL;
+    }
+    octree->words.count = top;
+    for (uint64_t node = 0; node < top; node++) {
+        made_below(octree, node, octree->info.levels, &seed);
+    }
+    uint64_t leaves = 0;
+    for (int level = 0; level < 24; level++) {
+        leaves += octree->info.leaves[level];
+    }
+    CHECK(made_values(octree, desc->kind == FM_OCTREE_VOXELS ? leaves : (leaves + 1) * FM_COLUMN_VALUES, &seed));
+    octree->info.code_error = 0.25;
+    octree->info.unshared_bytes = 12345;
+    fm_octree_counted(octree);
+    return octree;
+}
+
+// Makes the checksums of an image those of what it now holds, so that a reader looks further.
+static inline void made_seal(uint8_t *image, uint64_t bytes) {
+    fm_fmo_header header;
+    if (bytes < FM_FMO_PAGE) {
+        return;
+    }
+    memcpy(&header, image, sizeof header);
+    for (uint32_t i = 0; i < header.sections && i < FM_FMO_MOST_SECTIONS; i++) {
+        uint8_t *at = image + sizeof header + i * sizeof(fm_fmo_section);
+        fm_fmo_section section;
+        memcpy(&section, at, sizeof section);
+        if (section.offset <= bytes && section.bytes <= bytes - section.offset) {
+            section.sum = (uint32_t)crc32_z(0, image + section.offset, section.bytes);
+            memcpy(at, &section, sizeof section);
+        }
+    }
+    fm_fmo_seal(image);
+}
+
+#endif
