@@ -157,8 +157,16 @@ static void check_watertight(fm_context *context) {
         CHECK_OK(fm_gpu_mesh_cast(mesh, rays, count, false, hits));
         uint32_t slipped = 0, outside = 0;
         for (uint32_t i = 0; i < count; i++) {
-            slipped += !(fabsf(hits[i].t - 1) < 1e-4f);
-            outside += !hits[i].back;
+            const bool missed = !(fabsf(hits[i].t - 1) < 1e-4f), front = !hits[i].back;
+            if ((missed || front) && slipped + outside < 8) {
+                fprintf(stderr, "    ray %u through %s of triangle %u: hit %u at %g, %s\n", i, i % 2 ? "a corner" : "an edge",
+                        i / 2, hits[i].triangle, (double)hits[i].t, front ? "in front" : "from behind");
+            }
+            slipped += missed;
+            outside += front;
+        }
+        if (slipped + outside > 0) {
+            fprintf(stderr, "    of %u rays %u slipped, %u hit a front\n", count, slipped, outside);
         }
         CHECK(slipped == 0);
         CHECK(outside == 0);

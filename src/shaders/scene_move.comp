@@ -29,7 +29,8 @@ void main() {
     fm_address to = push.vertices + (uint64_t(run.x) + gl_LocalInvocationIndex) * 12;
     vec3 p = vec3(float_at(from), float_at(from + 4), float_at(from + 8));
     fm_address place = push.places + uint64_t(run.z) * 48;
-    [[unroll]] for (uint row = 0; row < 3; row++) {
+    // What unrolls a loop may lose that its operations are precise.
+    [[dont_unroll]] for (uint row = 0; row < 3; row++) {
         vec4 m = uintBitsToFloat(ref_u32x4(place + row * 16).v);
         precise float moved = m.x * p.x + m.y * p.y + m.z * p.z + m.w;
         ref_u32(to + row * 4).v = floatBitsToUint(moved);

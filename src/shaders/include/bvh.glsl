@@ -203,21 +203,34 @@ float bvh_box_entry(vec3 low, vec3 high, bvh_ray ray) {
     return low.x <= high.x && entry - abs(entry) * 6e-7 <= exit + abs(exit) * 6e-7 ? entry - abs(entry) * 6e-7 : MESH_INFINITY;
 }
 
-// Replaces the hit by that of the triangle, if there is one within the range and nearer, or as near and of a lower number. The sign
-// of a product of two corners turns exactly with their order, so that both triangles of an edge agree.
+// A corner as the ray sees it: aside in x and y, ahead in z. Every triangle of a corner must get the same bits. (Not the body of a
+// loop: what unrolls one may lose that the operations are precise.)
+vec3 bvh_sheared(bvh_ray ray, vec3 corner) {
+    precise vec3 p = corner - ray.origin;
+    precise float along = p[ray.axes.z];
+    precise float shift_x = ray.shear.x * along;
+    precise float shift_y = ray.shear.y * along;
+    precise float x = p[ray.axes.x] - shift_x;
+    precise float y = p[ray.axes.y] - shift_y;
+    return vec3(x, y, ray.shear.z * along);
+}
+
+// The sign turns exactly with the order of the two corners, so that both triangles of an edge agree.
+float bvh_side(vec3 first, vec3 second) {
+    precise float left = first.x * second.y;
+    precise float right = first.y * second.x;
+    precise float side = left - right;
+    return side;
+}
+
+// Replaces the hit by that of the triangle, if there is one within the range and nearer, or as near and of a lower number.
 void bvh_ray_try(bvh_ray ray, vec3 a, vec3 b, vec3 c, uint triangle, inout mesh_hit hit) {
-    precise vec3 x, y, z;
-    precise float u, v, w;
-    [[unroll]] for (uint i = 0; i < 3; i++) {
-        vec3 p = (i == 0 ? a : i == 1 ? b : c) - ray.origin;
-        float along = p[ray.axes.z];
-        x[i] = p[ray.axes.x] - ray.shear.x * along;
-        y[i] = p[ray.axes.y] - ray.shear.y * along;
-        z[i] = ray.shear.z * along;
-    }
-    u = x[2] * y[1] - y[2] * x[1];
-    v = x[0] * y[2] - y[0] * x[2];
-    w = x[1] * y[0] - y[1] * x[0];
+    a = bvh_sheared(ray, a);
+    b = bvh_sheared(ray, b);
+    c = bvh_sheared(ray, c);
+    float u = bvh_side(c, b);
+    float v = bvh_side(a, c);
+    float w = bvh_side(b, a);
     if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) {
         return;
     }
@@ -226,7 +239,7 @@ void bvh_ray_try(bvh_ray ray, vec3 a, vec3 b, vec3 c, uint triangle, inout mesh_
         return;
     }
     vec3 weights = vec3(u, v, w) / sum;
-    float t = dot(weights, z);
+    float t = dot(weights, vec3(a.z, b.z, c.z));
     if (t >= ray.first && t <= ray.last && (t < hit.t || (t == hit.t && triangle < hit.triangle))) {
         hit = mesh_hit(t, triangle, weights.y, weights.z, sum < 0 ? 1 : 0);
     }
