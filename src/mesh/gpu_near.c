@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Fields of meshes on Vulkan whose far texels have the band's width. Triangles mark the blocks of 4^3 texels that they are near to;
-// those are listed, and their texels look for the nearest triangle; all others get their side from the near ones. The tree is asked
-// nothing about places that the band does not reach.
+// Fields of meshes on Vulkan whose far texels have the band's width or flooded distances. Triangles mark the blocks of 4^3 texels
+// that they are near to; those are listed, and their texels look for the nearest triangle; all others get their side and their
+// triangle from the near ones. The tree is asked nothing about places that the band does not reach.
 
 #include "mesh/gpu_sdf.h"
 #include "mesh/gpu_voxelize.h"
@@ -15,7 +15,7 @@ enum { THREADS = 64 };
 typedef struct near_layout {
     fm_shape blocks;
     uint64_t row_words;
-    uint64_t slices, slice_bits, entries, lists, inside, counts, bytes;
+    uint64_t slices, slice_bits, entries, cells, lists, inside, counts, bytes;
 } near_layout;
 
 static uint64_t words(uint32_t bits) {
@@ -42,6 +42,14 @@ static fm_voxel_grid block_grid(const fm_sdf_plan *plan, fm_shape blocks) {
     return fm_voxel_grid_of(&desc);
 }
 
+static bool is_flooded(const fm_sdf_job *j) {
+    return j->plan->far_texels == FM_FAR_FLOODED;
+}
+
+static uint64_t cell_bytes(fm_shape blocks) {
+    return fm_voxels(blocks) * FM_NEAR_CELL_BYTES;
+}
+
 static near_layout layout_of(const fm_sdf_job *j) {
     enum { STEP = 16 };
     const fm_shape shape = j->plan->shape;
@@ -50,7 +58,8 @@ static near_layout layout_of(const fm_sdf_job *j) {
     l.slices = FM_SDF_HEADER_BYTES + fm_round_up(4 * l.row_words * l.blocks.y * l.blocks.z, STEP);
     l.slice_bits = l.slices + fm_round_up(4 * words(l.blocks.y) * l.blocks.z, STEP);
     l.entries = l.slice_bits + fm_round_up(4 * words(l.blocks.z), STEP);
-    l.lists = l.entries + fm_round_up(4 * fm_voxels(l.blocks), STEP);
+    l.cells = l.entries + fm_round_up(4 * fm_voxels(l.blocks), STEP);
+    l.lists = l.cells + (is_flooded(j) ? 2 * cell_bytes(l.blocks) : 0);
     l.inside = l.lists + fm_voxelize_list_bytes(j->mesh->triangle_count);
     l.counts = l.bytes = l.inside;
     if (j->constants[0] == FM_SDF_CROSSINGS) {
@@ -67,10 +76,18 @@ uint64_t fm_gpu_near_bytes(const fm_sdf_job *j) {
     return layout_of(j).bytes;
 }
 
-// How far texels of near blocks look: sides are carried from texel to texel, and the widest step must be within it.
-static float reach_of(const fm_sdf_plan *plan) {
+// How near a triangle must be to a block's texels to make it a near one. Sides are carried from texel to texel, and the widest step
+// must be within it.
+static double mark_reach(const fm_sdf_plan *plan) {
     const double widest = fmax(plan->spacing[0], fmax(plan->spacing[1], plan->spacing[2]));
-    return (float)fmin(fmax((double)plan->band * 1.00001, widest * 1.001), 1e18);
+    return fmin(fmax((double)plan->band * 1.00001, widest * 1.001), 1e18);
+}
+
+// How far texels of near blocks look: where distances are flooded so far that every texel finds what marked its block.
+static float walk_reach(const fm_sdf_job *j) {
+    const double *s = j->plan->spacing;
+    const double diagonal = (FM_SDF_MIDDLE - 1) * sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+    return (float)fmin(mark_reach(j->plan) + (is_flooded(j) ? 1.001 * diagonal : 0), 1e18);
 }
 
 static void record_header(const fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
@@ -81,7 +98,7 @@ static void record_header(const fm_sdf_job *j, fm_slot *slot, const near_layout 
     uint32_t bits;
     memcpy(&bits, &j->plan->band, sizeof bits);
     fm_commands_fill(j->gpu, slot, j->scratch, FM_SDF_BAND, 4, bits);
-    const float reach = reach_of(j->plan);
+    const float reach = walk_reach(j);
     memcpy(&bits, &reach, sizeof bits);
     fm_commands_fill(j->gpu, slot, j->scratch, FM_NEAR_REACH, 4, bits);
     fm_commands_fill(j->gpu, slot, j->scratch, FM_NEAR_SIDE, 4, 0);
@@ -109,7 +126,7 @@ static fm_result record_near(const fm_sdf_job *j, fm_slot *slot, const near_layo
                          .grid = block_grid(j->plan, l->blocks),
                          .row_words = (uint32_t)l->row_words};
     for (int axis = 0; axis < 3; axis++) {
-        push.reach[axis] = reach_of(j->plan) * push.grid.scale[axis];
+        push.reach[axis] = (float)mark_reach(j->plan) * push.grid.scale[axis];
     }
     uint32_t constants[] = {false};
     const fm_triangle_work work = {.small = FM_KERNEL_MESH_NEAR,
@@ -136,15 +153,62 @@ static fm_result dispatch(const fm_sdf_job *j, fm_slot *slot, fm_kernel kernel, 
     return fm_commands_dispatch(j->gpu, slot, &d);
 }
 
-// The far texels; those of the near blocks are visible.
-static fm_result record_fill(const fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
-    if (j->constants[0] == FM_SDF_PSEUDONORMAL) {
-        FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_ROWS, fm_div_up((uint64_t)l->blocks.y * l->blocks.z, THREADS)));
-        fm_commands_barrier(j->gpu, slot);
-        FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_SIDE, 1));
-        fm_commands_barrier(j->gpu, slot);
+// Groups of the kernel that fills.
+static uint64_t tiles(fm_shape shape) {
+    return fm_div_up(shape.x, 32) * fm_div_up(shape.y, 4) * fm_div_up(shape.z, 2);
+}
+
+// Which near blocks are left, and what is known where there are none.
+static fm_result record_summary(const fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
+    if (j->constants[0] != FM_SDF_PSEUDONORMAL && !is_flooded(j)) {
+        return FM_OK;
     }
-    return dispatch(j, slot, FM_KERNEL_MESH_NEAR_FILL, fm_sdf_pieces(j->plan->shape));
+    FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_ROWS, fm_div_up((uint64_t)l->blocks.y * l->blocks.z, THREADS)));
+    fm_commands_barrier(j->gpu, slot);
+    const fm_shape shape = j->plan->shape;
+    const uint64_t coarse =
+        fm_div_up(shape.x, FM_SDF_COARSE) * fm_div_up(shape.y, FM_SDF_COARSE) * fm_div_up(shape.z, FM_SDF_COARSE);
+    FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_SIDE, is_flooded(j) ? fm_div_up(coarse, THREADS) : 1));
+    fm_commands_barrier(j->gpu, slot);
+    return FM_OK;
+}
+
+static fm_result record_step(const fm_sdf_job *j, fm_slot *slot, const near_layout *l, uint32_t step, uint32_t from) {
+    const uint64_t cells = j->push.scratch + l->cells;
+    const fm_voxel_grid grid = block_grid(j->plan, l->blocks);
+    fm_near_flood_push push = {.source = cells + from * cell_bytes(l->blocks),
+                               .target = cells + (1 - from) * cell_bytes(l->blocks),
+                               .step = (int32_t)step};
+    for (int axis = 0; axis < 3; axis++) {
+        push.shape[axis] = grid.shape[axis];
+        push.spacing[axis] = (float)(FM_SDF_MIDDLE * j->plan->spacing[axis]);
+        push.origin[axis] = (float)(j->plan->origin[axis] + 0.5 * (FM_SDF_MIDDLE - 1) * j->plan->spacing[axis]);
+    }
+    const fm_dispatch d = {.kernel = FM_KERNEL_MESH_NEAR_FLOOD,
+                           .push = &push,
+                           .push_bytes = sizeof push,
+                           .groups = fm_div_up(fm_voxels(l->blocks), THREADS)};
+    FM_TRY(fm_commands_dispatch(j->gpu, slot, &d));
+    fm_commands_barrier(j->gpu, slot);
+    return FM_OK;
+}
+
+// From the longest step that fits down to 1, then 1 again, which mends most of what jumps over cells miss. Returns in the job's
+// constants which array has the result.
+static fm_result record_flood(fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
+    const uint32_t longest = (uint32_t)fm_max_u64(l->blocks.x, fm_max_u64(l->blocks.y, l->blocks.z));
+    uint32_t from = 0, steps = 0;
+    for (uint32_t step = longest > 1 ? fm_floor_power_of_two(longest - 1) : 0; step > 0; step /= 2, steps++) {
+        FM_TRY(record_step(j, slot, l, step, from));
+        from = 1 - from;
+    }
+    if (steps > 0) {
+        FM_TRY(record_step(j, slot, l, 1, from));
+        from = 1 - from;
+    }
+    j->constants[3] = from;
+    fm_commands_pass(j->gpu, slot, "flood", (steps + 1) * 2 * cell_bytes(l->blocks));
+    return FM_OK;
 }
 
 fm_result fm_gpu_near_record(fm_sdf_job *j, fm_slot *slot) {
@@ -152,6 +216,9 @@ fm_result fm_gpu_near_record(fm_sdf_job *j, fm_slot *slot) {
     const uint64_t mesh_bytes = 12 * ((uint64_t)j->push.mesh.triangle_count + j->push.mesh.vertex_count);
     const uint64_t bit_bytes = l.slices - FM_SDF_HEADER_BYTES;
     record_header(j, slot, &l);
+    if (is_flooded(j)) {
+        fm_commands_fill(j->gpu, slot, j->scratch, l.cells, cell_bytes(l.blocks), FM_GPU_NONE);
+    }
     if (j->constants[0] == FM_SDF_CROSSINGS) {
         FM_TRY(record_crossings(j, slot, &l));
     }
@@ -161,7 +228,11 @@ fm_result fm_gpu_near_record(fm_sdf_job *j, fm_slot *slot) {
     fm_commands_pass(j->gpu, slot, "near", mesh_bytes + 2 * bit_bytes);
     FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_TEXELS, 0));
     fm_commands_pass(j->gpu, slot, "nearest", 0);
-    FM_TRY(record_fill(j, slot, &l));
+    FM_TRY(record_summary(j, slot, &l));
+    if (is_flooded(j)) {
+        FM_TRY(record_flood(j, slot, &l));
+    }
+    FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_FILL, tiles(j->plan->shape)));
     fm_commands_pass(j->gpu, slot, "fill", fm_voxels(j->plan->shape) * j->texel_bytes);
     return FM_OK;
 }

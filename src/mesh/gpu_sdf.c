@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-enum { THREADS = 64 };
+enum { THREADS = 64, PIECE = 256 };
 
 static uint32_t sign_of(fm_sign sign) {
     return sign == FM_SIGN_PSEUDONORMAL ? FM_SDF_PSEUDONORMAL : sign == FM_SIGN_WINDING ? FM_SDF_WINDING : FM_SDF_UNSIGNED;
@@ -67,7 +67,8 @@ static fm_result record(const fm_sdf_job *j, fm_slot *slot) {
     FM_TRY(record_level(j, slot, FM_KERNEL_MESH_SDF_BLOCKS, FM_SDF_MIDDLE, 0, FM_SDF_LIST_COARSE));
     fm_commands_pass(j->gpu, slot, "blocks", coarse * 16);
     // These two write different texels.
-    FM_TRY(record_level(j, slot, FM_KERNEL_MESH_SDF_FILL, FM_SDF_COARSE, fm_sdf_pieces(shape), 0));
+    FM_TRY(
+        record_level(j, slot, FM_KERNEL_MESH_SDF_FILL, FM_SDF_COARSE, fm_div_up(shape.x, PIECE) * (uint64_t)shape.y * shape.z, 0));
     FM_TRY(record_level(j, slot, FM_KERNEL_MESH_SDF_TEXELS, FM_SDF_COARSE, 0, FM_SDF_LIST_MIDDLE));
     fm_commands_pass(j->gpu, slot, "nearest", fm_voxels(shape) * j->texel_bytes);
     return FM_OK;
@@ -106,7 +107,7 @@ fm_result fm_gpu_mesh_sdf(fm_mesh *mesh, const fm_sdf_plan *plan, fm_volume *dis
                     .constants = {sign_of(plan->sign), (uint32_t)plan->far_texels, 0, 0}};
     FM_TRY(prepare_sign(&j));
     const bool closed = j.constants[2] != 0;
-    const bool near = plan->far_texels == FM_FAR_BAND && (closed || plan->sign != FM_SIGN_WINDING);
+    const bool near = plan->far_texels != FM_FAR_EXACT && (closed || plan->sign != FM_SIGN_WINDING);
     // Closed meshes have whole winding numbers, which crossings count.
     j.constants[0] = near && plan->sign == FM_SIGN_WINDING ? FM_SDF_CROSSINGS : j.constants[0];
     // A state for each block, a list entry likewise.

@@ -18,15 +18,10 @@ typedef struct fm_sdf_job {
     fm_sdf_push push;
 } fm_sdf_job;
 
-// Groups of kernels that own 256 texels of a row each.
-static inline uint64_t fm_sdf_pieces(fm_shape shape) {
-    return fm_div_up(shape.x, 256) * (uint64_t)shape.y * shape.z;
-}
-
 // Of scratch memory.
 uint64_t fm_gpu_near_bytes(const fm_sdf_job *j);
-// Records a field with FM_FAR_BAND. What is needed of the mesh is recorded, passes have ended. Ends passes "sign" where crossings
-// are counted, "near", "nearest", "fill".
+// Records a field with FM_FAR_BAND or FLOODED. What is needed of the mesh is recorded, passes have ended. Ends passes "sign" where
+// crossings are counted, "near", "nearest", "flood" where distances are, "fill".
 fm_result fm_gpu_near_record(fm_sdf_job *j, fm_slot *slot);
 
 #endif

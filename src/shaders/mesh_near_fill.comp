@@ -4,9 +4,9 @@
 #include "sdf.glsl"
 #include "sdf_near.glsl"
 
-// The texels of blocks that are not near: the band's width with a sign. A group owns 256 texels of a row, an invocation 4 of them,
-// which lie in one block. Writes 4 bytes a texel, and 4 for its triangle; reads the bits of the row's blocks and a texel of the
-// nearest one.
+// The texels of blocks that are not near: the band's width with a sign or, flooded, the distance of the triangle that reached the
+// block. A group owns 32 x 4 x 2 texels, an invocation 4 of a row, which lie in one block. Writes 4 bytes a texel, and 4 for its
+// triangle; reads the bits of the row's blocks and a texel of the nearest one or, flooded, 64 bytes a block.
 //
 // No surface is between texels beside each other of far blocks, nor between such a texel and the one beside it in a near block. So
 // a row has the side that the nearest near block has where it faces it, a row of far blocks that of the next row with near ones, a
@@ -56,23 +56,34 @@ uint inside_bits(uvec3 grid, uvec3 at, uvec3 block) {
     return SIGN == FM_SDF_PSEUDONORMAL && far_inside(grid, at, block) ? 15 : 0;
 }
 
+uvec4 far_distances(uvec3 grid, uvec3 at, uvec3 block) {
+    if (FAR != FAR_FLOODED) {
+        return uvec4(floatBitsToUint(band()));
+    }
+    uint64_t number = (uint64_t(block.z) * grid.y + block.y) * grid.x + block.x;
+    uint triangle = ref_u32(near_cells(grid, EDGE) + number * FM_NEAR_CELL_BYTES + 12).v;
+    uvec4 value = uvec4(floatBitsToUint(MESH_INFINITY));
+    [[dont_unroll]] for (uint i = 0; i < 4 && triangle != FM_GPU_NONE; i++) {
+        value[i] = floatBitsToUint(sqrt(triangle_distance2(triangle, texel_place(vec3(at) + vec3(i, 0, 0)))));
+    }
+    return value;
+}
+
 void main() {
     uvec3 size = uvec3(field_size());
     uvec3 grid = near_grid();
-    uint pieces = (size.x + 255) / 256;
+    uvec3 tiles = (size + uvec3(31, 3, 1)) / uvec3(32, 4, 2);
     uint64_t group = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
-    uint row = uint(group / pieces);
-    uvec3 at = uvec3(uint(group % pieces) * 256 + gl_LocalInvocationIndex * 4, row % size.y, row / size.y);
+    uvec3 tile = uvec3(group % tiles.x, group / tiles.x % tiles.y, group / tiles.x / tiles.y);
+    uint lane = gl_LocalInvocationIndex;
+    uvec3 at = tile * uvec3(32, 4, 2) + uvec3((lane & 7u) * 4, lane >> 3 & 3u, lane >> 5);
     uvec3 block = at / FM_SDF_MIDDLE;
-    if (at.x >= size.x || at.z >= size.z || near_bit(near_row(grid, block.y, block.z), block.x)) {
+    if (any(greaterThanEqual(at, size)) || near_bit(near_row(grid, block.y, block.z), block.x)) {
         return;
     }
     uint64_t element = (uint64_t(at.z) * size.y + at.y) * size.x + at.x;
     uint inside = inside_bits(grid, at, block);
-    uvec4 value;
-    [[unroll]] for (uint i = 0; i < 4; i++) {
-        value[i] = floatBitsToUint(band()) | (inside >> i & 1) << 31;
-    }
+    uvec4 value = far_distances(grid, at, block) | (uvec4(inside) >> uvec4(0, 1, 2, 3) & 1) << 31;
     if (size.x % 4 == 0) {
         ref_u32x4(push.distance + element * 4).v = value;
         if (push.triangles != 0) {
@@ -80,12 +91,10 @@ void main() {
         }
         return;
     }
-    [[unroll]] for (uint i = 0; i < 4; i++) {
-        if (at.x + i < size.x) {
-            ref_u32(push.distance + (element + i) * 4).v = value[i];
-            if (push.triangles != 0) {
-                ref_u32(push.triangles + (element + i) * 4).v = FM_GPU_NONE;
-            }
+    [[dont_unroll]] for (uint i = 0; i < min(4u, size.x - at.x); i++) {
+        ref_u32(push.distance + (element + i) * 4).v = value[i];
+        if (push.triangles != 0) {
+            ref_u32(push.triangles + (element + i) * 4).v = FM_GPU_NONE;
         }
     }
 }

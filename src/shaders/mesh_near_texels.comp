@@ -9,11 +9,13 @@
 // together. Writes 4 bytes a texel, and 4 for its triangle; reads 4 bytes a block, what the walk visits and what signs take.
 //
 // A texel that finds nothing within its reach, which is at least a step to the next one, is on the side of the texel beside it, for
-// no surface is between the two. A block where none finds anything is near no more.
+// no surface is between the two. A block where none finds anything is near no more. Where distances are flooded all but few find
+// something, and those few take the triangle that the block will flood with.
 
 layout(local_size_x = 64) in;
 
-shared uint masks[4];  // of the 64 texels: those whose side is known, two words, and those inside
+shared uint masks[4];  // of the 64 texels: those that found something, two words, and those of them that are inside
+shared uint chosen;    // the triangle for flooding
 
 uint64_t mask_of(uint i) {
     return uint64_t(masks[i]) | uint64_t(masks[i + 1]) << 32;
@@ -55,11 +57,28 @@ void store(ivec3 at, mesh_nearest n, bool inside) {
     }
     float value = sqrt(n.distance2);
     bool within = value <= band();
-    value = min(value, band());
+    value = FAR == FAR_BAND ? min(value, band()) : value;
     uint64_t element = (uint64_t(at.z) * size.y + at.y) * size.x + at.x;
     ref_u32(push.distance + element * 4).v = floatBitsToUint(inside ? -value : value);
     if (push.triangles != 0) {
         ref_u32(push.triangles + element * 4).v = within ? n.triangle : FM_GPU_NONE;
+    }
+}
+
+// The triangle nearest to the block's middle texel floods, or where that found none the one of another texel.
+void choose(uvec3 grid, uvec3 block, uint64_t known, vec3 p, inout mesh_nearest n) {
+    const uint MIDDLE = 42;
+    uint low = uint(known);
+    uint first = low != 0 ? findLSB(low) : 32 + findLSB(uint(known >> 32));
+    uint owner = (known >> MIDDLE & 1) != 0 ? MIDDLE : first;
+    if (gl_LocalInvocationIndex == owner) {
+        chosen = n.triangle;
+        near_store_cell(grid, block, near_cell(p + n.point, n.triangle));
+    }
+    barrier();
+    if (n.triangle == FM_GPU_NONE) {
+        n.triangle = chosen;
+        n.distance2 = triangle_distance2(chosen, p);
     }
 }
 
@@ -74,13 +93,9 @@ void do_block(uvec3 grid, uvec3 block) {
         masks[gl_LocalInvocationIndex] = 0;
     }
     mesh_nearest n = packet_nearest(push.mesh, p, near_reach() * near_reach(), middle);
-    if (SIGN != FM_SDF_PSEUDONORMAL) {
-        store(at, n, SIGN == FM_SDF_CROSSINGS && crossed_inside(at));
-        return;
-    }
     if (n.triangle != FM_GPU_NONE) {
         set_mask(0);
-        if (is_inside(p, n)) {
+        if (SIGN == FM_SDF_PSEUDONORMAL && is_inside(p, n)) {
             set_mask(2);
         }
     }
@@ -90,11 +105,14 @@ void do_block(uvec3 grid, uvec3 block) {
         if (gl_LocalInvocationIndex == 0) {
             atomicAnd(ref_u32(near_row(grid, block.y, block.z) + (block.x >> 5) * 4).v, ~(1u << (block.x & 31u)));
         }
-    } else {
-        uint64_t inside = spread(known, mask_of(2));
-        store(at, n, (inside >> gl_LocalInvocationIndex & 1) != 0);
+        return;
     }
-    barrier();
+    if (FAR == FAR_FLOODED) {
+        choose(grid, block, known, p, n);
+    }
+    bool inside = SIGN == FM_SDF_CROSSINGS ? crossed_inside(at)
+                                           : (spread(known, mask_of(2)) >> gl_LocalInvocationIndex & 1) != 0;
+    store(at, n, SIGN != FM_SDF_UNSIGNED && inside);
 }
 
 void main() {
@@ -103,5 +121,6 @@ void main() {
     for (uint i = gl_WorkGroupID.x; i < count; i += gl_NumWorkGroups.x) {
         uint block = ref_u32(near_entries(grid) + uint64_t(i) * 4).v;
         do_block(grid, uvec3(block % grid.x, block / grid.x % grid.y, block / grid.x / grid.y));
+        barrier();
     }
 }

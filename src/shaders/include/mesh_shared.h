@@ -173,7 +173,7 @@ FM_PUSH_STRUCT(fm_sdf_push) {
 // Near fields, whose far texels need no distance of their own: the middle blocks near the surface. Beside the band's width what
 // precedes them is their list, how far texels near the surface look, and the side of a grid that no surface is near, 1 inside. Then
 // follow, each from a multiple of 16 on: a bit for each block, whole words a row; a bit for each row that has one, whole words a
-// slice; a bit for each slice that has one; the list's entries.
+// slice; a bit for each slice that has one; the list's entries; and where distances are flooded, twice a cell for each block.
 #define FM_NEAR_LIST 0
 #define FM_NEAR_REACH 36
 #define FM_NEAR_SIDE 40
@@ -187,6 +187,17 @@ FM_PUSH_STRUCT(fm_near_push) {
     fm_voxel_grid grid;  // of blocks
     fm_float reach[3];   // in its units
     fm_uint row_words;
+};
+
+#define FM_NEAR_CELL_BYTES 16  // a point of the surface and its triangle, FM_GPU_NONE where none is known
+
+// A step of flooding the blocks with points near to them.
+FM_PUSH_STRUCT(fm_near_flood_push) {
+    fm_address source, target;  // cells
+    fm_int shape[3];
+    fm_int step;
+    fm_float origin[3];  // middle of block 0
+    fm_float spacing[3];
 };
 
 // Scenes. Up to FM_SCENE_RUN consecutive vertices of an object that has moved, and the object's place among those given.

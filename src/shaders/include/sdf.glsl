@@ -10,7 +10,7 @@
 layout(constant_id = 0) const uint SIGN = FM_SDF_UNSIGNED;
 layout(constant_id = 1) const uint FAR = 0;          // fm_far
 layout(constant_id = 2) const bool CLOSED = false;   // the mesh has no boundary: only the surface parts inside from outside
-layout(constant_id = 3) const uint EDGE = FM_SDF_COARSE;
+layout(constant_id = 3) const uint EDGE = FM_SDF_COARSE;  // of near fields: which of the two arrays has the flooded cells
 
 const uint FAR_BAND = 0;
 const uint FAR_FLOODED = 1;
@@ -95,6 +95,12 @@ bool winding_inside(vec3 p) {
         }
     }
     return w > 0.5;
+}
+
+float triangle_distance2(uint triangle, vec3 p) {
+    vec3 a, b, c;
+    mesh_corners(push.mesh, triangle, a, b, c);
+    return origin_nearest(a - p, b - p, c - p).distance2;
 }
 
 // Bits of the 32 texels of a row among which `at` is, counted by crossings.

@@ -33,6 +33,22 @@ fm_address near_entries(uvec3 grid) {
     return near_slices(grid) + near_padded(near_words(grid.z));
 }
 
+// What a block knows of the surface, before and after it was flooded.
+struct near_cell {
+    vec3 point;
+    uint triangle;
+};
+
+fm_address near_cells(uvec3 grid, uint which) {
+    uint64_t blocks = uint64_t(grid.x) * grid.y * grid.z;
+    return near_entries(grid) + near_padded(blocks) + which * blocks * FM_NEAR_CELL_BYTES;
+}
+
+void near_store_cell(uvec3 grid, uvec3 block, near_cell cell) {
+    uint64_t number = (uint64_t(block.z) * grid.y + block.y) * grid.x + block.x;
+    ref_u32x4(near_cells(grid, 0) + number * FM_NEAR_CELL_BYTES).v = uvec4(floatBitsToUint(cell.point), cell.triangle);
+}
+
 float near_reach() {
     return uintBitsToFloat(ref_u32(push.scratch + FM_NEAR_REACH).v);
 }
