@@ -3,6 +3,7 @@
 // Writes small valid files, a folder for each fuzz target, for the fuzzers to start from: `fuzz_seeds DIRECTORY`.
 
 #include "fathom/mesh_io.h"
+#include "octree_made.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -147,6 +148,27 @@ static bool write_meshes(const char *directory) {
     return good && write_texts_of_meshes(directory);
 }
 
+static bool write_octrees(const char *directory) {
+    static const fm_octree_desc kinds[] = {
+        {.kind = FM_OCTREE_CLOSEST, .size = 32, .attribute = FM_OCTREE_COLOR},
+        {.kind = FM_OCTREE_CLOSEST, .size = 24, .code = FM_OCTREE_FLOATS, .share = true},
+        {.kind = FM_OCTREE_DISTANCE, .size = 32, .sign = FM_SIGN_WINDING},
+        {.kind = FM_OCTREE_VOXELS, .size = 64, .top_bytes = 32},
+    };
+    const fm_context_desc cpu = {.backend = FM_BACKEND_CPU, .threads = 1};
+    fm_context *context = NULL;
+    bool good = fm_context_create(&cpu, &context) == FM_OK;
+    for (size_t i = 0; good && i < sizeof kinds / sizeof kinds[0]; i++) {
+        char path[1024];
+        snprintf(path, sizeof path, "%s/fmo/%zu.fmo", directory, i);
+        fm_octree *octree = made_octree(context, &kinds[i], i);
+        good = octree && fm_octree_write(octree, path) == FM_OK;
+        fm_octree_destroy(octree);
+    }
+    fm_context_destroy(context);
+    return good;
+}
+
 int main(int argc, char **argv) {
     if (argc != 2) {
         fprintf(stderr, "usage: %s DIRECTORY\n", argv[0]);
@@ -156,7 +178,8 @@ int main(int argc, char **argv) {
     bool good = write_volume(d, "npy", "a.npy", FM_TYPE_F32, false) && write_volume(d, "npy", "a.npy.gz", FM_TYPE_U16, false) &&
                 write_volume(d, "nrrd", "a.nrrd", FM_TYPE_U8, false) && write_volume(d, "nrrd", "b.nrrd", FM_TYPE_I16, true) &&
                 write_volume(d, "nifti", "a.nii", FM_TYPE_I16, false) && write_volume(d, "nifti", "a.nii.gz", FM_TYPE_F64, false) &&
-                write_volume(d, "vox", "a.vox", FM_TYPE_U8, false) && write_handmade(d) && write_vxl(d) && write_meshes(d);
+                write_volume(d, "vox", "a.vox", FM_TYPE_U8, false) && write_handmade(d) && write_vxl(d) && write_meshes(d) &&
+                write_octrees(d);
     if (!good) {
         fprintf(stderr, "%s: %s\n", argv[1], fm_last_error());
     }
