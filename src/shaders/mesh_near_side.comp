@@ -4,25 +4,45 @@
 #include "sdf.glsl"
 #include "sdf_near.glsl"
 
-// What is known of a grid that no surface is near. Its first invocation asks on which side the first texel lies; where distances are
-// flooded, an invocation owns a block of 16^3 texels, and asks for its first block of 4^3 where the nearest triangle is. Of any other
-// grid an invocation reads 4 bytes for 128 texels along an axis.
+// What near blocks do not tell. An invocation owns a block of 16^3 texels, and has mostly nothing to do but to read 4 bytes for 128
+// texels along an axis.
+//
+// No surface is near a grid: the first invocation asks on which side a texel lies. Where distances are flooded, a surface outside the
+// grid, which marks no block, may be the nearest: where all lies outside, every invocation asks for the triangle nearest to its first
+// block of 4^3, and where some does, those at the grid's faces.
 
 layout(local_size_x = 64) in;
+
+bool mesh_sticks_out() {
+    bvh_node root = bvh_load(push.mesh, 0);
+    return any(lessThan(min(root.low0, root.low1), texel_place(vec3(0)))) ||
+           any(greaterThan(max(root.high0, root.high1), texel_place(vec3(field_size() - 1))));
+}
 
 void main() {
     uvec3 grid = near_grid();
     uint64_t own = folded_group(gl_WorkGroupID, gl_NumWorkGroups) * 64 + gl_LocalInvocationIndex;
-    if (own >= coarse_count() || near_from(near_slices(grid), 0, grid.z) >= 0) {
+    if (own >= coarse_count()) {
         return;
     }
-    ivec3 first = coarse_first(uint(own));
-    vec3 p = texel_place(vec3(first));
+    bool none = near_from(near_slices(grid), 0, grid.z) < 0;
+    uvec3 coarse = uvec3(coarse_first(uint(own))) / FM_SDF_COARSE;
+    bvec3 last = equal(coarse, coarse_blocks() - 1);
+    bool at_face = FAR == FAR_FLOODED && (any(last) || any(equal(coarse, uvec3(0))));
+    if (!none && !(at_face && mesh_sticks_out())) {
+        return;
+    }
+    // At a far face the block that touches it.
+    uvec3 block = mix(coarse * (FM_SDF_COARSE / FM_SDF_MIDDLE), grid - 1, last);
+    if (near_bit(near_row(grid, block.y, block.z), block.x)) {
+        return;
+    }
+    vec3 p = texel_place(vec3(block * FM_SDF_MIDDLE));
     mesh_nearest n = bvh_nearest_below(push.mesh, 0, p, MESH_INFINITY, FM_GPU_NONE);
     if (own == 0) {
         ref_u32(push.scratch + FM_NEAR_SIDE).v = is_inside(p, n) ? 1 : 0;
     }
     if (FAR == FAR_FLOODED) {
-        near_store_cell(grid, uvec3(first) / FM_SDF_MIDDLE, near_cell(p + n.point, n.triangle));
+        near_store_cell(grid, block, near_cell(p + n.point, n.triangle));
     }
 }
