@@ -95,6 +95,7 @@ typedef struct fm_octree_info {
     uint64_t node_bytes, leaf_bytes, attribute_bytes;  // what a device reads
     uint64_t unshared_bytes;                           // all three had nothing been shared
     double code_error;        // CLOSEST: 99th percentile of how far a stored vector is off, in cells of its leaf's level
+    uint32_t parts;           // of the file whose coarse octree this is; 0: it is whole
     double build_ms, gpu_ms;  // of the build or the last update; gpu_ms of kernels, 0 on the CPU backend
 } fm_octree_info;
 
@@ -156,17 +157,23 @@ typedef struct fm_octree_hit {
     uint32_t reads;      // of nodes and of leaves' values
 } fm_octree_hit;
 
-// The first hit of each ray. `epsilon`: the surface's thickness in finest cells, 0: 0.1. Errors: as fm_mesh_closest.
+// The first hit of each ray. `epsilon`: how near to the surface of CLOSEST, and of DISTANCE without a sign, counts as on it, in
+// finest cells; 0: 0.1. Below 0: rays through CLOSEST and DISTANCE go as published, sample by sample, with -epsilon. `count` 0 is
+// fine; a ray that is not finite meets nothing. A ray that begins inside of solid voxels or on the surface has met it. Errors:
+// FM_ERROR_INVALID_ARGUMENT for NULL or an epsilon that is not finite; FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY,
+// FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL. Source: Demir and Westermann 2015, sections 2 and 4.2.
 FM_API fm_result fm_octree_cast(fm_octree *octree, const fm_mesh_ray *rays, uint32_t count, float epsilon, fm_octree_hit *hits);
 
 // ---------------------------------------------------------------------------------------------------------------------------
 // Files (.fmo; docs/formats.md) and octrees larger than memory
 // ---------------------------------------------------------------------------------------------------------------------------
 
-// Written to a temporary name and renamed. Errors: FM_ERROR_INVALID_ARGUMENT for NULL, FM_ERROR_IO, FM_ERROR_OUT_OF_HOST_MEMORY.
+// Written to a temporary name and renamed; "-" is standard output. Errors: FM_ERROR_INVALID_ARGUMENT for NULL, FM_ERROR_IO, FM_ERROR_OUT_OF_HOST_MEMORY.
 FM_API fm_result fm_octree_write(const fm_octree *octree, const char *path);
-// Nothing in the file is trusted: sizes, checksums, every index. Errors: FM_ERROR_IO; FM_ERROR_FORMAT, the message says what is
-// wrong and where; the errors of memory.
+// Nothing in the file is trusted: sizes, checksums, every index. Of a file with parts the coarse octree is read. The file is mapped
+// where that is possible, and must then not be cut or changed in place as long as the octree lives; to write another by
+// fm_octree_write is fine, for that takes its name only. `path` "-" reads standard input; gzipped files are read, too. Errors:
+// FM_ERROR_IO; FM_ERROR_FORMAT, the message says what is wrong and where; the errors of memory.
 FM_API fm_result fm_octree_read(fm_context *context, const char *path, fm_octree **octree);
 
 // A file of a coarse octree and finer ones of the parts of its box: `parts` along the longest edge, each of `size` / `parts` cells

@@ -12,3 +12,14 @@ fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address) {
 void fm_gpu_octree_destroy(fm_octree *octree) {
     (void)octree;
 }
+
+fm_result fm_gpu_octree_cast(fm_octree *octree, const fm_mesh_ray *rays, uint32_t count, float epsilon, bool stepped,
+                             fm_octree_hit *hits) {
+    (void)octree;
+    (void)rays;
+    (void)count;
+    (void)epsilon;
+    (void)stepped;
+    (void)hits;
+    return fm_fail(FM_ERROR_UNSUPPORTED, "this build has no Vulkan");
+}

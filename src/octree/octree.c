@@ -11,7 +11,8 @@ _Static_assert((int)FM_OCTREE_CLOSEST == FM_GPU_CLOSEST && (int)FM_OCTREE_DISTAN
                    (int)FM_OCTREE_VOXELS == FM_GPU_VOXELS && (int)FM_OCTREE_CONTOURS == FM_GPU_CONTOURS &&
                    (int)FM_OCTREE_DAG == FM_GPU_DAG && (int)FM_OCTREE_TREE64 == FM_GPU_TREE64 &&
                    (int)FM_OCTREE_BRICKS == FM_GPU_BRICKS && (int)FM_OCTREE_SPHERICAL == FM_GPU_SPHERICAL &&
-                   (int)FM_OCTREE_OCTAHEDRAL == FM_GPU_OCTAHEDRAL && (int)FM_OCTREE_FLOATS == FM_GPU_FLOATS,
+                   (int)FM_OCTREE_OCTAHEDRAL == FM_GPU_OCTAHEDRAL && (int)FM_OCTREE_FLOATS == FM_GPU_FLOATS &&
+                   (int)FM_OCTREE_COLOR == FM_GPU_COLOR,
                "shaders number kinds and codes as the header does");
 
 enum { MOST_CELLS = 1 << 20, LEAST_LEVELS = 3, MOST_LEVELS = 20 };
@@ -182,7 +183,7 @@ void fm_octree_counted(fm_octree *octree) {
 
 fm_octree_head fm_octree_host_head(const fm_octree *octree) {
     fm_octree_head head = octree->head;
-    head.attribute = (int32_t)octree->info.attribute;
+    head.mark = (int32_t)octree->info.attribute;
     head.sign = octree->info.sign != FM_SIGN_NONE;
     head.words = (uintptr_t)octree->words.data;
     head.values = (uintptr_t)octree->values.data;

@@ -20,10 +20,22 @@
 FM_PUSH_STRUCT(fm_octree_met) {
     fm_float t;          // +infinity: nothing
     fm_float normal[3];  // of length 1, towards the ray's origin
-    fm_uint attribute;
+    fm_uint mark;        // the attribute (a reserved word in GLSL); of voxels their number
     fm_uint reads;
     fm_int level;  // of the leaf
 };
+
+FM_RULE fm_octree_met fm_octree_nothing(void) {
+    fm_octree_met met;
+    met.t = FM_INFINITY_F;
+    met.normal[0] = 0;
+    met.normal[1] = 0;
+    met.normal[2] = 0;
+    met.mark = 0u;
+    met.reads = 0u;
+    met.level = 0;
+    return met;
+}
 
 // Where a ray enters and leaves the octree's box; it misses where the first is above the second.
 FM_PUSH_STRUCT(fm_octree_span) {

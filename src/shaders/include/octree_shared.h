@@ -6,7 +6,7 @@
 
 #include "shared.h"
 
-// Kinds and codes, as fm_octree_kind and fm_octree_code number them (octree.c compares them).
+// Kinds, codes and an attribute, as the public header numbers them (octree.c compares them).
 #define FM_GPU_CLOSEST 0
 #define FM_GPU_DISTANCE 1
 #define FM_GPU_VOXELS 2
@@ -17,6 +17,7 @@
 #define FM_GPU_SPHERICAL 0
 #define FM_GPU_OCTAHEDRAL 1
 #define FM_GPU_FLOATS 2
+#define FM_GPU_COLOR 2  // of fm_octree_attribute
 
 // Nodes of CLOSEST, DISTANCE and VOXELS are 32-bit signed words. Below 2^30: an internal node, the index of the first of its eight
 // children (x + 2 y + 4 z), which follow each other. From 2^30 on: an empty leaf, and the surface is at least (word - 2^30) /
@@ -47,9 +48,9 @@ FM_PUSH_STRUCT(fm_octree_head) {
     fm_float cell;
     fm_float low[3], high[3];  // the box that rays enter, which the top grid holds
     fm_float cutoff;           // D of empty leaves
-    fm_int attribute;          // fm_octree_attribute
+    fm_int mark;               // fm_octree_attribute
     fm_int sign;               // DISTANCE and BRICKS: 0 where distances have none, so that a surface is what is near
-    fm_int unused;
+    fm_int stepped;            // 1: rays go sample by sample, as published. Set by who casts
 };
 
 // A part of a streamed octree's box: where its own octree's head is, 0 while it is not there, and how much of it shows.
@@ -69,6 +70,15 @@ FM_PUSH_STRUCT(fm_octree_grid) {
     fm_float origin[3];
     fm_float size;  // edge of a part
     fm_float distance;
+};
+
+// Rays of fm_octree_cast, as fm_mesh_ray and fm_octree_hit have them.
+FM_PUSH_STRUCT(fm_octree_cast_push) {
+    fm_address head;
+    fm_address rays;
+    fm_address hits;
+    fm_uint count;
+    fm_float epsilon;  // in world units
 };
 
 #ifdef __STDC__

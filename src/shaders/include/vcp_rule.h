@@ -78,16 +78,21 @@ FM_RULE fm_uint fm_vcp_encode(fm_v3 v, fm_int code, fm_float unit) {
     return fm_vcp_radius_bits(length, unit, 8191) | a << 13 | b << 22;
 }
 
+// The length of a kept vector.
+FM_RULE fm_float fm_vcp_radius(fm_uint word, fm_int code, fm_float unit) {
+    const fm_float root = code == FM_GPU_OCTAHEDRAL ? FM_F(word & 1023u) * (1.0f / 1023.0f) : FM_F(word & 8191u) * (1.0f / 8191.0f);
+    return root * root * unit;
+}
+
 FM_RULE fm_v3 fm_vcp_decode(fm_uint word, fm_int code, fm_float unit) {
+    const fm_float radius = fm_vcp_radius(word, code, unit);
     if (code == FM_GPU_OCTAHEDRAL) {
-        const fm_float root = FM_F(word & 1023u) * (1.0f / 1023.0f);
-        return fm_times(fm_vcp_octahedral(word >> 10 & 2047u, word >> 21), root * root * unit);
+        return fm_times(fm_vcp_octahedral(word >> 10 & 2047u, word >> 21), radius);
     }
-    const fm_float root = FM_F(word & 8191u) * (1.0f / 8191.0f);
     const fm_float theta = FM_F(word >> 13 & 511u) * (2 * FM_VCP_HALF_PI / 511) - FM_VCP_HALF_PI;
     const fm_float phi = FM_F(word >> 22) * (FM_VCP_TWO_PI / 1023);
     const fm_float around = FM_COS(theta);
-    return fm_times(fm_v3_of(around * FM_COS(phi), around * FM_SIN(phi), FM_SIN(theta)), root * root * unit);
+    return fm_times(fm_v3_of(around * FM_COS(phi), around * FM_SIN(phi), FM_SIN(theta)), radius);
 }
 
 // Between the vectors of a cell's eight corners (x + 2 y + 4 z), in edges of the cell, at a place in it from 0 to 1: the longer of

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_OCTREE_CAST_RULE_H
+#define FM_OCTREE_CAST_RULE_H
+
+// A ray through an octree of any kind: one text for C and GLSL. A kernel sets `kind`, `code` and `stepped` of the head to
+// constants, so that it is compiled for one kind.
+
+#include "octree_closest_rule.h"
+#include "octree_distance_rule.h"
+
+// `way` of length 1; `epsilon` in world units.
+FM_RULE fm_octree_met fm_cast_octree(fm_octree_head head, fm_v3 origin, fm_v3 way, fm_float first, fm_float last,
+                                     fm_float epsilon) {
+    if (head.kind == FM_GPU_CLOSEST) {
+        return fm_cast_closest(head, origin, way, first, last, epsilon);
+    }
+    if (head.kind == FM_GPU_DISTANCE) {
+        return fm_cast_distance(head, origin, way, first, last, epsilon);
+    }
+    return fm_octree_nothing();
+}
+
+FM_RULE bool fm_octree_is_place(fm_v3 at) {
+    return FM_SIZE_OF(at.x) < 1e18f && FM_SIZE_OF(at.y) < 1e18f && FM_SIZE_OF(at.z) < 1e18f;
+}
+
+// `way` of any length above 0, in which `first`, `last` and the answer's t count. What is no ray meets nothing.
+FM_RULE fm_octree_met fm_cast_ray(fm_octree_head head, fm_v3 origin, fm_v3 way, fm_float first, fm_float last, fm_float epsilon) {
+    fm_float length = fm_octree_length(way);
+    if (!(fm_octree_is_place(origin) && fm_octree_is_place(way) && length > 0 && first <= last)) {
+        return fm_octree_nothing();
+    }
+    fm_octree_met met = fm_cast_octree(head, origin, fm_times(way, 1 / length), first * length, last * length, epsilon);
+    met.t = met.t / length;
+    return met;
+}
+
+#endif

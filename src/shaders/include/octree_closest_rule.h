@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_OCTREE_CLOSEST_RULE_H
+#define FM_OCTREE_CLOSEST_RULE_H
+
+// Rays through octrees of vectors to closest points: one text for C and GLSL. A read is that of a node, or of the eight vectors of
+// a leaf. Source: Demir and Westermann 2015.
+//
+// As published (`stepped`), a ray is sampled: the interpolated vector's length is the step, and a length below epsilon is a hit.
+// Ours looks at a cell as a whole. What the eight planes of a cell say along a ray is linear, so that the first place within
+// epsilon of one of them is known without steps, and only there the trilinear vector is looked at. A cell that no plane comes near
+// costs no sample at all, and a ray along a surface no longer goes in steps of its small distance. Where a corner is so far from
+// the surface that the whole way through the cell is clear, its length alone is looked at.
+
+#include "octree_nodes_rule.h"
+#include "vcp_rule.h"
+
+// The vectors of a leaf by corner, x + 2 y + 4 z, in edges of its cell.
+FM_PUSH_STRUCT(fm_vcp_cell) {
+    fm_v3 v[8];
+};
+
+FM_RULE fm_v3 fm_vcp_floats(fm_octree_head head, fm_uint leaf, fm_int corner, fm_float scale) {
+    uint64_t at = (FM_LONG(leaf) * FM_COLUMN_VALUES + FM_LONG(4 * (corner & 1) + (corner >> 1))) * FM_LONG(3);
+    return fm_times(
+        fm_v3_of(FM_REAL(head.values, at), FM_REAL(head.values, at + FM_LONG(1)), FM_REAL(head.values, at + FM_LONG(2))), scale);
+}
+
+// `size`: the leaf's edge in finest cells.
+FM_RULE fm_vcp_cell fm_vcp_cell_of(fm_octree_head head, fm_octree_eight words, fm_uint leaf, fm_float size) {
+    fm_vcp_cell cell;
+    for (int i = 0; i < 8; i++) {
+        cell.v[i] = head.code == FM_GPU_FLOATS ? fm_vcp_floats(head, leaf, i, 1 / (head.cell * size))
+                                               : fm_vcp_decode(words.v[i], head.code, FM_OCTREE_REACH);
+    }
+    return cell;
+}
+
+// The length of the vector at corner `i`, in edges of the cell.
+FM_RULE fm_float fm_vcp_length(fm_octree_head head, fm_octree_eight words, fm_uint leaf, fm_int i, fm_float size) {
+    if (head.code == FM_GPU_FLOATS) {
+        return fm_octree_length(fm_vcp_floats(head, leaf, i, 1 / (head.cell * size)));
+    }
+    fm_uint word = words.v[0];
+    for (int k = 1; k < 8; k++) {
+        word = k == i ? words.v[k] : word;
+    }
+    return fm_vcp_radius(word, head.code, FM_OCTREE_REACH);
+}
+
+FM_RULE fm_v3 fm_vcp_trilinear(fm_vcp_cell cell, fm_v3 u) {
+    fm_v3 sum = fm_v3_of(0, 0, 0);
+    for (int i = 0; i < 8; i++) {
+        sum = fm_add(sum, fm_times(cell.v[i], fm_octree_weight(i, u)));
+    }
+    return sum;
+}
+
+// Where a ray first comes within `epsilon` of a plane of the cell's, from u on and in edges of the cell.
+FM_PUSH_STRUCT(fm_vcp_near) {
+    fm_float s;  // +infinity: nowhere
+    fm_int corner;
+};
+
+FM_RULE fm_vcp_near fm_vcp_nearest_plane(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_float epsilon) {
+    fm_vcp_near near;
+    near.s = FM_INFINITY_F;
+    near.corner = 0;
+    for (int i = 0; i < 8; i++) {
+        fm_v3 v = cell.v[i];
+        fm_float length2 = fm_dot(v, v);
+        // Along the vector from u to the plane, and what of it a unit of the ray uses up.
+        fm_float scale = length2 > 0 ? 1 / FM_SQRT(length2) : 0.0f;
+        fm_float apart = (length2 + fm_dot(v, fm_less(fm_octree_corner_of(i), u))) * scale;
+        fm_float rate = fm_dot(v, way) * scale;
+        fm_float left = FM_SIZE_OF(apart) - epsilon;
+        fm_float s = left <= 0 ? 0.0f : (apart * rate > 0 ? left / FM_SIZE_OF(rate) : FM_INFINITY_F);
+        if (length2 > 0 && s < near.s) {
+            near.s = s;
+            near.corner = i;
+        }
+    }
+    return near;
+}
+
+// Where the surface is met in a cell.
+FM_PUSH_STRUCT(fm_vcp_found) {
+    fm_float s;  // edges of the cell from where the ray was; below 0: nowhere
+    fm_int corner;
+};
+
+// Whether a sample's vector says that the ray has gone through the surface since another one: what was ahead is behind. (Past an
+// edge or a rod that is farther than epsilon, vectors turn too, but by less than a right angle between two samples that are no
+// farther apart than the first one's length.)
+FM_RULE bool fm_vcp_crossed(fm_v3 before, fm_v3 now, fm_v3 way) {
+    return fm_dot(before, way) > 0 && fm_dot(now, way) < 0 && fm_dot(before, now) < 0;
+}
+
+#define FM_VCP_TRIES 24
+
+FM_RULE fm_vcp_found fm_vcp_in_cell(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_float stay, fm_float epsilon) {
+    fm_vcp_found found;
+    found.s = -1;
+    found.corner = 0;
+    fm_float s = 0, last = 0;
+    fm_v3 before = fm_v3_of(0, 0, 0);
+    for (int i = 0; i < FM_VCP_TRIES && s <= stay; i++) {
+        fm_vcp_near near = fm_vcp_nearest_plane(cell, fm_add(u, fm_times(way, s)), way, epsilon);
+        found.corner = near.s < FM_INFINITY_F ? near.corner : found.corner;
+        bool out_of = s + near.s > stay;
+        if (out_of && i == 0) {
+            return found;
+        }
+        // After a sample that was not near, the cell's end is one too, so that no surface is stepped over.
+        s = out_of ? stay : s + near.s;
+        fm_v3 v = fm_vcp_trilinear(cell, fm_add(u, fm_times(way, s)));
+        fm_float length = fm_octree_length(v);
+        if (length <= epsilon) {
+            // Published hits are where the length is epsilon. From there the plane leads onto the surface.
+            fm_float along = fm_dot(v, way);
+            fm_float on = FM_SIZE_OF(along) > 1e-12f ? length * length / along : 0.0f;
+            found.s = FM_MAX(s + FM_MIN(FM_MAX(on, -2 * epsilon), 2 * epsilon), 0.0f);
+            return found;
+        }
+        if (i > 0 && fm_vcp_crossed(before, v, way)) {
+            fm_float from = fm_octree_length(before);
+            found.s = last + (s - last) * from / (from + length);
+            return found;
+        }
+        if (out_of) {
+            return found;
+        }
+        before = v;
+        last = s;
+        s += FM_MAX(length, 0.02f);
+    }
+    return found;
+}
+
+// The mean of the corners' directions, each turned to the side of that whose plane was met: directions are kept finely, while those
+// of the short vectors by a surface say little.
+FM_RULE fm_v3 fm_vcp_normal(fm_vcp_cell cell, fm_v3 u, fm_int corner) {
+    fm_v3 side = cell.v[0], sum = fm_v3_of(0, 0, 0);
+    for (int i = 1; i < 8; i++) {
+        if (i == corner) {
+            side = cell.v[i];
+        }
+    }
+    fm_v3 in_cell = fm_v3_of(FM_MIN(FM_MAX(u.x, 0.0f), 1.0f), FM_MIN(FM_MAX(u.y, 0.0f), 1.0f), FM_MIN(FM_MAX(u.z, 0.0f), 1.0f));
+    for (int i = 0; i < 8; i++) {
+        fm_v3 way = fm_unit(cell.v[i]);
+        fm_float weight = fm_octree_weight(i, in_cell);
+        sum = fm_add(sum, fm_times(way, fm_dot(way, side) < 0 ? -weight : weight));
+    }
+    return fm_dot(sum, sum) > 1e-4f ? fm_unit(sum) : fm_unit(side);
+}
+
+FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray, fm_float epsilon) {
+    fm_octree_met met = fm_octree_nothing();
+    fm_octree_spot spot = fm_octree_nowhere();
+    fm_uint leaves = 0u;
+    fm_float t = 0;
+    for (int i = 0; i < FM_CAST_STEPS && t <= ray.far; i++) {
+        fm_v3 place = fm_add(ray.from, fm_times(ray.way, t));
+        spot = fm_octree_seek(head, spot, place);
+        if (!fm_octree_is_leaf(spot.word)) {
+            t += fm_octree_empty_step(ray, spot, place);
+            continue;
+        }
+        fm_float size = FM_F(1 << spot.level), inverse = 1 / size;
+        fm_v3 corner = fm_octree_corner(spot), u = fm_times(fm_less(place, corner), inverse);
+        fm_float stay = fm_octree_stay(ray, place, corner, size);
+        fm_uint leaf = fm_octree_leaf_of(spot);
+        fm_octree_eight words = fm_octree_words_of(head.values, leaf);
+        leaves++;
+        // No surface is nearer to a place than the nearest corner's length less the way to that corner.
+        fm_int nearest = fm_octree_nearest_corner(u);
+        fm_float room =
+            size * (fm_vcp_length(head, words, leaf, nearest, size) - fm_octree_length(fm_less(u, fm_octree_corner_of(nearest))));
+        if (room > stay + epsilon) {
+            t += FM_MAX(room - epsilon, stay + ray.nudge);
+            continue;
+        }
+        fm_vcp_cell cell = fm_vcp_cell_of(head, words, leaf, size);
+        fm_vcp_found found = fm_vcp_in_cell(cell, u, ray.way, stay * inverse, epsilon * inverse);
+        if (found.s >= 0) {
+            u = fm_add(u, fm_times(ray.way, found.s));
+            met = fm_octree_meet(head, ray, t + found.s * size, fm_vcp_normal(cell, u, found.corner), spot.level);
+            met.mark = fm_octree_attribute_at(head, leaf, u);
+            break;
+        }
+        t += stay + ray.nudge;
+    }
+    met.reads = spot.reads + leaves;
+    return met;
+}
+
+FM_RULE fm_octree_met fm_closest_by_samples(fm_octree_head head, fm_octree_ray ray, fm_float epsilon) {
+    fm_octree_met met = fm_octree_nothing();
+    fm_octree_spot spot = fm_octree_nowhere();
+    fm_uint leaves = 0u, held = 0u;
+    fm_vcp_cell cell;
+    for (int k = 0; k < 8; k++) {
+        cell.v[k] = fm_v3_of(0, 0, 0);
+    }
+    fm_float t = 0, t_before = 0, before = 0;
+    for (int i = 0; i < FM_CAST_STEPS && t <= ray.far; i++) {
+        fm_v3 place = fm_add(ray.from, fm_times(ray.way, t));
+        spot = fm_octree_seek(head, spot, place);
+        if (!fm_octree_is_leaf(spot.word)) {
+            t_before = t;
+            before = 0;
+            t += fm_octree_empty_step(ray, spot, place);
+            continue;
+        }
+        fm_float size = FM_F(1 << spot.level);
+        fm_uint leaf = fm_octree_leaf_of(spot);
+        // Neither a leaf nor eight vectors twice: those of a cell are kept while the ray is in it.
+        if (spot.word != held) {
+            cell = fm_vcp_cell_of(head, fm_octree_words_of(head.values, leaf), leaf, size);
+            held = spot.word;
+            leaves++;
+        }
+        fm_v3 u = fm_times(fm_less(place, fm_octree_corner(spot)), 1 / size);
+        fm_v3 v = fm_vcp_between(cell.v, u);
+        fm_float length = fm_octree_length(v) * size;
+        if (length <= epsilon) {
+            // Where the length is epsilon, between this sample and the one before.
+            fm_float part = before > epsilon ? (before - epsilon) / (before - length) : 1.0f;
+            met = fm_octree_meet(head, ray, t_before + (t - t_before) * part, fm_unit(v), spot.level);
+            met.mark = fm_octree_attribute_at(head, leaf, u);
+            break;
+        }
+        // The length is always a step; what the plane allows for, up to 2 epsilon.
+        fm_float ahead = fm_dot(v, ray.way) * size;
+        fm_float plane = ahead > 0 ? length * length / ahead : FM_INFINITY_F;
+        t_before = t;
+        before = length;
+        t += FM_MAX(length, FM_MIN(plane, 2 * epsilon));
+    }
+    met.reads = spot.reads + leaves;
+    return met;
+}
+
+// `epsilon`: half of the surface's thickness, in world units.
+FM_RULE fm_octree_met fm_cast_closest(fm_octree_head head, fm_v3 origin, fm_v3 way, fm_float first, fm_float last,
+                                      fm_float epsilon) {
+    fm_octree_ray ray = fm_octree_enter(head, origin, way, first, last);
+    fm_float thin = epsilon / head.cell;
+    return head.stepped == 1 ? fm_closest_by_samples(head, ray, thin) : fm_closest_by_cells(head, ray, thin);
+}
+
+#endif
