@@ -289,6 +289,26 @@ bool cli_each(const char *option, const char *list, int most, bool (*take)(const
     }
 }
 
+static bool take_number(const char *option, const char *word, void *user) {
+    double **next = user;
+    return cli_double(option, word, (*next)++);
+}
+
+bool cli_box(const char *option, const char *text, double box[6]) {
+    double values[6] = {0}, *next = values;
+    if (!cli_each(option, text, 6, take_number, &next)) {
+        return false;
+    }
+    const bool all = next == values + 6;
+    if (!all || !(values[0] < values[3] && values[1] < values[4] && values[2] < values[5])) {
+        cli_usage("%s is \"%s\": X0,Y0,Z0,X1,Y1,Z1 is wanted, the low corner and then the high one, which is above it", option,
+                  text);
+        return false;
+    }
+    memcpy(box, values, sizeof values);
+    return true;
+}
+
 typedef struct word_list {
     const char *const *words;
     int *values;

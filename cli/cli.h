@@ -46,6 +46,7 @@ const char *cli_given(const struct arg_str *option, const char *otherwise);
 // Values of options. Each says what is wrong, naming `option`, and returns false on bad usage.
 bool cli_shape(const char *option, const char *text, fm_shape *shape);                   // "N" or "X,Y,Z"
 bool cli_triple(const char *option, const char *text, double values[3]);                 // "N" or "X,Y,Z"
+bool cli_box(const char *option, const char *text, double box[6]);                       // "X0,Y0,Z0,X1,Y1,Z1", low, then high
 bool cli_double(const char *option, const char *text, double *value);                    // finite
 bool cli_int64(const char *option, const char *text, int64_t *value);                    // decimal or 0x...
 bool cli_uint32(const char *option, const char *text, uint32_t least, uint32_t *value);  // at least `least`

@@ -26,25 +26,6 @@ void mesh_options_add(cli_args *args, mesh_options *o, const char *out, const ch
     o->json = cli_add(args, arg_lit0(NULL, "json", "print the report as JSON"));
 }
 
-static bool take_number(const char *option, const char *word, void *user) {
-    double **next = user;
-    return cli_double(option, word, (*next)++);
-}
-
-static bool read_box(const char *text, double box[6]) {
-    double values[6] = {0}, *next = values;
-    if (!cli_each("--box", text, 6, take_number, &next)) {
-        return false;
-    }
-    const bool all = next == values + 6;
-    if (!all || !(values[0] < values[3] && values[1] < values[4] && values[2] < values[5])) {
-        cli_usage("--box is \"%s\": X0,Y0,Z0,X1,Y1,Z1 is wanted, the low corner and then the high one, which is above it", text);
-        return false;
-    }
-    memcpy(box, values, sizeof values);
-    return true;
-}
-
 static bool check_combinations(const mesh_options *o, const mesh_job *job) {
     const char *wrong = NULL;
     if (o->device->count && job->wanted.backend == FM_BACKEND_CPU) {
@@ -80,7 +61,7 @@ bool mesh_options_read(const mesh_options *o, uint32_t margin, mesh_job *job) {
         (o->threads->count && !cli_uint32("--threads", o->threads->sval[0], 1, &job->wanted.threads)) ||
         (o->backend->count && !cli_word("--backend", o->backend->sval[0], fm_backend_words, &backend)) ||
         (o->format->count && !cli_format("--format", o->format->sval[0], &job->write.format)) ||
-        (job->boxed && !read_box(o->box->sval[0], job->box))) {
+        (job->boxed && !cli_box("--box", o->box->sval[0], job->box))) {
         return false;
     }
     if (job->size > 16384) {

@@ -161,6 +161,24 @@ static camera_key between(const camera_key *keys, uint32_t count, double place) 
     return result;
 }
 
+void camera_path_fit(camera_path *path, const double low[3], const double high[3], double aspect) {
+    if (path->camera_given || path->key_count) {
+        return;
+    }
+    double radius = 0;
+    for (int i = 0; i < 3; i++) {
+        const double extent = high[i] - low[i];
+        if (!path->around_given) {
+            path->around[i] = low[i] + 0.5 * extent;
+        }
+        radius += 0.25 * extent * extent;
+    }
+    path->around_given = true;
+    if (!(path->around[3] > 0)) {
+        path->around[3] = 0.85 * sqrt(radius) / (sin(30 * 3.14159265358979 / 180) * fmin(1, aspect));
+    }
+}
+
 fm_camera camera_path_at(const camera_path *path, fm_shape shape, double aspect, uint32_t frame) {
     const double turn = 360.0 * frame / path->frames;
     if (path->key_count) {

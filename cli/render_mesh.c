@@ -103,26 +103,17 @@ static int read_field(shot *s) {
     return wrong != CLI_DONE ? wrong : result == FM_OK ? CLI_DONE : cli_library_failed();
 }
 
-// Around the middle of the field, from where all of it is seen, unless the options say otherwise.
 static void place_camera(shot *s) {
     fm_volume_desc grid;
     fm_volume_info(s->field, &grid);
     const uint32_t axes[3] = {grid.shape.x, grid.shape.y, grid.shape.z};
-    double radius = 0, voxel = INFINITY;
+    double low[3], high[3], voxel = INFINITY;
     for (int i = 0; i < 3; i++) {
-        const double extent = grid.spacing[i] * axes[i];
-        if (!s->path.around_given && !s->path.camera_given && !s->path.key_count) {
-            s->path.around[i] = grid.origin[i] + 0.5 * (extent - grid.spacing[i]);
-        }
-        radius += 0.25 * extent * extent;
+        low[i] = grid.origin[i] - 0.5 * grid.spacing[i];
+        high[i] = low[i] + grid.spacing[i] * axes[i];
         voxel = fmin(voxel, grid.spacing[i]);
     }
-    if (!s->path.camera_given && !s->path.key_count) {
-        const double narrow = fmin(1, (double)s->desc.width / s->desc.height);
-        s->path.around_given = true;
-        s->path.around[3] =
-            s->path.around[3] > 0 ? s->path.around[3] : 0.85 * sqrt(radius) / (sin(30 * 3.14159265358979 / 180) * narrow);
-    }
+    camera_path_fit(&s->path, low, high, (double)s->desc.width / s->desc.height);
     s->desc.level = (float)(s->level * voxel);
 }
 

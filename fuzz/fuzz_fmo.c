@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT
 
 // Reads the fuzzer's bytes as an octree file: as they are, and with checksums made right, so that what lies behind them is
-// reached.
+// reached. Rays then go through what was taken.
 
 #include "octree_made.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -13,11 +14,34 @@ static void keep(fm_octree *octree) {
     (void)octree;
 }
 
+// From outside through the middle and along an edge, and from within.
+static void cast(fm_octree *octree) {
+    enum { RAYS = 8 };
+    fm_octree_info info;
+    fm_octree_describe(octree, &info);
+    fm_mesh_ray rays[RAYS] = {0};
+    fm_octree_hit hits[RAYS];
+    for (int i = 0; i < RAYS; i++) {
+        for (int axis = 0; axis < 3; axis++) {
+            const float low = info.low[axis], high = info.high[axis];
+            const float part = i == 7 ? 0.3f : (i >> axis & 1 ? 1.25f : -0.25f);
+            rays[i].origin[axis] = low + (high - low) * part;
+            rays[i].direction[axis] = i == 7 ? (float)(axis == 1) : (0.4f - part) * (high - low);
+        }
+        rays[i].last = INFINITY;
+    }
+    const fm_result result = fm_octree_cast(octree, rays, RAYS, 0, hits);
+    if (result != FM_OK && fm_last_error()[0] == 0) {
+        abort();
+    }
+}
+
 static void read_once(fm_context *context, uint8_t *image, size_t size) {
     const fm_fmo_memory memory = {image, size, keep};
     fm_octree *octree = NULL;
     const fm_result result = fm_fmo_read_image(context, &memory, "input", &octree);
     if (result == FM_OK) {
+        cast(octree);
         fm_octree_destroy(octree);
     } else if (octree || fm_last_error()[0] == 0) {
         abort();

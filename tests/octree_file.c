@@ -183,6 +183,9 @@ static void wrong_header(fm_context *context, const uint8_t *bytes, size_t size)
     WRONG_HEADER(float, high[0], 1000, "not within");
     WRONG_HEADER(uint32_t, cells[0], 0, "cells");
     WRONG_HEADER(uint32_t, cells[0], 1 << 21, "cells");
+    WRONG_HEADER(uint32_t, parts[0], 1, "parts");
+    WRONG_HEADER(uint32_t, part_cells, 8, "parts");
+    WRONG_HEADER(double, part_edge, 1, "parts");
     WRONG_HEADER(uint32_t, top[1], 0, "top grid");
     WRONG_HEADER(uint32_t, top[1], UINT32_MAX, "top grid");
     WRONG_HEADER(uint32_t, top[1], 1 << 20, "top grid");

@@ -85,6 +85,22 @@ static fm_result check_grid(const fm_fmo_header *header, const char *name) {
     return FM_OK;
 }
 
+static fm_result check_parts(const fm_fmo_header *header, const char *name) {
+    const uint32_t *parts = header->parts;
+    const bool any = parts[0] > 0 || parts[1] > 0 || parts[2] > 0;
+    bool good = any == (header->part_edge > 0) && isfinite((float)header->part_edge) && any == (header->part_cells > 0);
+    uint64_t count = 1;
+    for (int axis = 0; axis < 3; axis++) {
+        good = good && any == (parts[axis] > 0) && parts[axis] <= FM_FMO_MOST_PARTS;
+        count *= good ? parts[axis] : 0;
+    }
+    if (!good || count > FM_FMO_MOST_PARTS) {
+        return fm_fail(FM_ERROR_FORMAT, "%s: header: %u x %u x %u parts of %u cells, edge %g: at most %d are possible", name,
+                       parts[0], parts[1], parts[2], header->part_cells, header->part_edge, FM_FMO_MOST_PARTS);
+    }
+    return FM_OK;
+}
+
 static fm_octree_array *array_of(fm_octree *octree, uint32_t name) {
     switch (name) {
     case FM_FMO_WORDS:
@@ -147,7 +163,8 @@ static void fill(const fm_fmo_header *header, fm_octree *octree) {
                                     .internal = header->internal,
                                     .empty = header->empty,
                                     .unshared_bytes = header->unshared_bytes,
-                                    .code_error = header->code_error};
+                                    .code_error = header->code_error,
+                                    .parts = header->parts[0] * header->parts[1] * header->parts[2]};
     fm_octree_info *info = &octree->info;
     octree->desc = (fm_octree_desc){.kind = info->kind,
                                     .size = header->size,
@@ -180,6 +197,7 @@ fm_result fm_fmo_open_image(const uint8_t *image, uint64_t bytes, const char *na
     FM_TRY(check_start(image, bytes, name, header));
     FM_TRY(check_words(header, name));
     FM_TRY(check_grid(header, name));
+    FM_TRY(check_parts(header, name));
     *octree = (fm_octree){.version = 0};
     fill(header, octree);
     fm_octree_size_arrays(octree);
