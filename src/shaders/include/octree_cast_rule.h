@@ -6,7 +6,10 @@
 // constants, so that it is compiled for one kind.
 
 #include "octree_closest_rule.h"
+#include "octree_dag_rule.h"
 #include "octree_distance_rule.h"
+#include "octree_tree64_rule.h"
+#include "octree_voxels_rule.h"
 
 // `way` of length 1; `epsilon` in world units.
 FM_RULE fm_octree_met fm_cast_octree(fm_octree_head head, fm_v3 origin, fm_v3 way, fm_float first, fm_float last,
@@ -16,6 +19,15 @@ FM_RULE fm_octree_met fm_cast_octree(fm_octree_head head, fm_v3 origin, fm_v3 wa
     }
     if (head.kind == FM_GPU_DISTANCE) {
         return fm_cast_distance(head, origin, way, first, last, epsilon);
+    }
+    if (head.kind == FM_GPU_VOXELS) {
+        return fm_cast_voxels(head, origin, way, first, last);
+    }
+    if (head.kind == FM_GPU_DAG) {
+        return fm_cast_dag(head, origin, way, first, last);
+    }
+    if (head.kind == FM_GPU_TREE64) {
+        return fm_cast_tree64(head, origin, way, first, last);
     }
     return fm_octree_nothing();
 }
