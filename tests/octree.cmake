@@ -2,6 +2,7 @@
 find_package(ZLIB REQUIRED)
 fathom_test(octree_code octree_code.c)
 if(NOT BUILD_SHARED_LIBS)
+    fathom_test(octree_build octree_build.c)
     fathom_test(octree_cast octree_cast.c)
     fathom_test(octree_file octree_file.c)
     fathom_test(octree_voxels octree_voxels.c)

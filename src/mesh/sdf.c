@@ -40,8 +40,7 @@ fm_result fm_mesh_voxelize(fm_mesh *mesh, const fm_voxelize_desc *desc, fm_volum
     return FM_OK;
 }
 
-// What sign AUTO stands for, and why.
-static fm_result resolve_sign(fm_mesh *mesh, fm_sign wanted, fm_sdf_info *info) {
+fm_result fm_sign_resolve(fm_mesh *mesh, fm_sign wanted, fm_sdf_info *info) {
     *info = (fm_sdf_info){.sign = wanted, .sign_why = "as asked"};
     if (wanted != FM_SIGN_AUTO) {
         return FM_OK;
@@ -116,7 +115,7 @@ fm_result fm_mesh_sdf(fm_mesh *mesh, const fm_sdf_desc *desc, fm_volume *distanc
     }
     FM_TRY(check_field(mesh, desc, distance, triangles));
     fm_sdf_info resolved;
-    FM_TRY(resolve_sign(mesh, desc->sign, &resolved));
+    FM_TRY(fm_sign_resolve(mesh, desc->sign, &resolved));
     const fm_volume_desc *grid = &distance->desc;
     fm_sdf_plan plan = {.shape = grid->shape, .far_texels = desc->far_texels, .sign = resolved.sign};
     double widest = 0;

@@ -17,6 +17,9 @@ typedef struct fm_sdf_plan {
     fm_sign sign;  // never AUTO
 } fm_sdf_plan;
 
+// What sign AUTO stands for, and why.
+fm_result fm_sign_resolve(fm_mesh *mesh, fm_sign wanted, fm_sdf_info *info);
+
 // `triangles` may be NULL. The arguments have been checked: types, shapes, where they lie.
 fm_result fm_host_sdf(fm_mesh *mesh, const fm_sdf_plan *plan, fm_volume *distance, fm_volume *triangles);
 fm_result fm_gpu_mesh_sdf(fm_mesh *mesh, const fm_sdf_plan *plan, fm_volume *distance, fm_volume *triangles, fm_ticket *ticket);

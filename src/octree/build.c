@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: MIT
+// Octrees from meshes: the box, the kind, and the run through the chunks.
+
+#include "octree/build.h"
+
+#include "mesh/sdf.h"
+#include "mesh/topology.h"
+
+#include <math.h>
+#include <string.h>
+
+static const uint64_t MOST_CHUNKS = UINT64_C(1) << 26;
+static const double MARGIN = 4;  // cells beside the mesh in a box of its own
+
+// --- The box ---
+
+static bool no_box(const fm_octree_desc *desc) {
+    for (int axis = 0; axis < 3; axis++) {
+        if (desc->low[axis] != 0 || desc->high[axis] != 0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static fm_result own_box(fm_mesh *mesh, const fm_octree_desc *desc, double low[3], double high[3]) {
+    float from[3], to[3];
+    fm_mesh_bounds(mesh, from, to);
+    double longest = 0, largest = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        low[axis] = from[axis] <= to[axis] ? (double)from[axis] : 0;
+        high[axis] = from[axis] <= to[axis] ? (double)to[axis] : 1;
+        longest = fmax(longest, high[axis] - low[axis]);
+        largest = fmax(largest, fmax(fabs(low[axis]), fabs(high[axis])));
+    }
+    // A point gets a box that floats can tell from it.
+    longest = longest > 0 ? longest : largest > 0 ? largest * 1e-3 : 1;
+    const double margin = fmin(MARGIN, desc->size / 4.0);
+    const double cell = longest / (desc->size - 2 * margin);
+    for (int axis = 0; axis < 3; axis++) {
+        low[axis] = (double)(float)(low[axis] - margin * cell);
+        high[axis] = (double)(float)(high[axis] + margin * cell);
+    }
+    return FM_OK;
+}
+
+fm_result fm_octree_given_box(const fm_octree_desc *desc, double low[3], double high[3]) {
+    for (int axis = 0; axis < 3; axis++) {
+        if (!(desc->low[axis] < desc->high[axis])) {
+            return fm_fail(FM_ERROR_INVALID_ARGUMENT, "the box has no volume: along axis %d it runs from %g to %g", axis,
+                           (double)desc->low[axis], (double)desc->high[axis]);
+        }
+        low[axis] = (double)desc->low[axis];
+        high[axis] = (double)desc->high[axis];
+    }
+    return FM_OK;
+}
+
+fm_result fm_octree_box_of(fm_mesh *mesh, const fm_octree_desc *desc, double low[3], double high[3]) {
+    return no_box(desc) ? own_box(mesh, desc, low, high) : fm_octree_given_box(desc, low, high);
+}
+
+// --- Builds of leaves with values ---
+
+static fm_result begin_build(fm_octree_build *build) {
+    const fm_octree_info *info = &build->octree->info;
+    const fm_allocator *allocator = &build->context->allocator;
+    build->chunk_count = 1;
+    for (int axis = 0; axis < 3; axis++) {
+        build->origin[axis] = info->origin[axis];
+        build->cells[axis] = info->cells[axis];
+        build->chunks[axis] = (uint32_t)fm_div_up(info->cells[axis], FM_CHUNK);
+        build->chunk_count *= build->chunks[axis];
+    }
+    if (build->chunk_count > MOST_CHUNKS) {
+        return fm_fail(FM_ERROR_UNSUPPORTED, "%u x %u x %u cells are more than %llu chunks of 128^3: choose a smaller size",
+                       build->cells[0], build->cells[1], build->cells[2], (unsigned long long)MOST_CHUNKS);
+    }
+    build->cell = info->cell;
+    build->leaf_most = (int)info->levels < FM_LEAF_MOST ? (int)info->levels : FM_LEAF_MOST;
+    build->margin = sqrt(3) * (2 + (1 << build->leaf_most)) + 0.5;
+    build->roots.size = 4;
+    build->slots = fm_alloc_zero(allocator, build->chunk_count * sizeof *build->slots, "chunks");
+    build->errors = fm_alloc_zero(
+        allocator, (uint64_t)fm_pool_threads(build->context->pool) * FM_ERROR_BINS * sizeof *build->errors, "errors of codes");
+    if (!build->slots || !build->errors) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    const uint64_t top = (uint64_t)info->top[0] * info->top[1] * info->top[2];
+    FM_TRY(fm_octree_more_words(build->octree, top));
+    build->octree->words.count = top;
+    return fm_octree_far_make(build);
+}
+
+static void end_build(fm_octree_build *build) {
+    const fm_allocator *allocator = &build->context->allocator;
+    fm_octree_far_free(build);
+    fm_octree_chunk_free(build);
+    fm_octree_soup_free(build, &build->soup);
+    if (build->octree) {
+        fm_octree_array_free(build->octree, &build->roots);
+    }
+    fm_free(allocator, build->slots, build->chunk_count * sizeof *build->slots);
+    fm_free(allocator, build->errors, (uint64_t)fm_pool_threads(build->context->pool) * FM_ERROR_BINS * sizeof *build->errors);
+    fm_free(allocator, build->listed, build->first ? build->first[build->chunk_count] * sizeof *build->listed : 0);
+    fm_free(allocator, build->first, (build->chunk_count + 1) * sizeof *build->first);
+}
+
+static fm_result build_chunk(fm_octree_build *build, uint64_t chunk) {
+    fm_octree_chunk_place(build, chunk);
+    FM_TRY(build->soup_of(build, chunk, &build->soup));
+    if (build->soup.mesh.triangle_count == 0) {
+        return FM_OK;
+    }
+    FM_TRY(build->desc->method == FM_OCTREE_GROWN ? fm_octree_fields_grown(build) : fm_octree_fields_exact(build));
+    fm_octree_fields_finish(build);
+    if (build->sign == FM_SIGN_WINDING) {
+        FM_TRY(fm_octree_fields_wind(build));
+    }
+    fm_octree_merge(build);
+    return fm_octree_chunk_emit(build, chunk);
+}
+
+static void tell_errors(fm_octree_build *build) {
+    uint64_t bins[FM_ERROR_BINS] = {0}, count = 0, seen = 0;
+    for (uint32_t thread = 0; thread < fm_pool_threads(build->context->pool); thread++) {
+        for (uint32_t i = 0; i < FM_ERROR_BINS; i++) {
+            bins[i] += build->errors[(uint64_t)thread * FM_ERROR_BINS + i];
+            count += build->errors[(uint64_t)thread * FM_ERROR_BINS + i];
+        }
+    }
+    const bool coded = build->desc->kind == FM_OCTREE_CLOSEST && build->desc->code != FM_OCTREE_FLOATS;
+    for (uint32_t i = 0; coded && i < FM_ERROR_BINS && count > 0; i++) {
+        seen += bins[i];
+        if (seen * 100 >= count * 99) {
+            build->octree->info.code_error = (i + 1) * (double)FM_ERROR_STEP;
+            return;
+        }
+    }
+}
+
+static fm_result run_build(fm_octree_build *build) {
+    FM_TRY(fm_octree_far_finish(build));
+    FM_TRY(fm_octree_chunk_make(build));
+    for (uint64_t chunk = 0; chunk < build->chunk_count; chunk++) {
+        FM_TRY(build_chunk(build, chunk));
+    }
+    fm_octree_chunk_free(build);
+    FM_TRY(fm_octree_join(build));
+    tell_errors(build);
+    fm_octree_counted(build->octree);
+    fm_octree_info *info = &build->octree->info;
+    info->unshared_bytes = info->node_bytes + info->leaf_bytes + info->attribute_bytes;
+    return FM_OK;
+}
+
+static fm_result build_leaves(fm_mesh *mesh, const fm_octree_desc *desc, const double low[3], const double high[3],
+                              fm_octree **octree) {
+    fm_octree_build build = {
+        .context = mesh->context, .desc = desc, .mesh = mesh, .sign = desc->sign, .soup_of = fm_octree_soup_of_mesh};
+    if (build.sign == FM_SIGN_PSEUDONORMAL) {
+        FM_TRY(fm_pseudonormals_prepare(mesh));
+    }
+    FM_TRY(fm_octree_new(mesh->context, desc, low, high, &build.octree));
+    fm_result result = begin_build(&build);
+    result = result == FM_OK ? fm_octree_sort_mesh(&build) : result;
+    result = result == FM_OK ? run_build(&build) : result;
+    end_build(&build);
+    if (result != FM_OK) {
+        fm_octree_destroy(build.octree);
+        return result;
+    }
+    *octree = build.octree;
+    return FM_OK;
+}
+
+// --- The call ---
+
+static fm_result check_attribute(fm_octree_desc *desc) {
+    if (desc->kind != FM_OCTREE_CLOSEST) {
+        desc->attribute = FM_OCTREE_PLAIN;
+    }
+    if (desc->attribute == FM_OCTREE_COLOR && !desc->colors) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "colors is NULL: attribute FM_OCTREE_COLOR needs one of each vertex");
+    }
+    if (desc->attribute == FM_OCTREE_TEXTURE && !desc->texture) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "texture is NULL: attribute FM_OCTREE_TEXTURE needs two of each vertex");
+    }
+    return FM_OK;
+}
+
+static fm_result check_sign(fm_mesh *mesh, fm_octree_desc *desc) {
+    if (desc->kind != FM_OCTREE_DISTANCE && desc->kind != FM_OCTREE_BRICKS) {
+        desc->sign = FM_SIGN_NONE;
+        return FM_OK;
+    }
+    fm_sdf_info resolved;
+    FM_TRY(fm_sign_resolve(mesh, desc->sign, &resolved));
+    desc->sign = resolved.sign;
+    return FM_OK;
+}
+
+fm_result fm_octree_build_mesh(fm_mesh *mesh, const fm_octree_desc *desc, fm_octree **octree) {
+    if (!mesh || !octree) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", mesh ? "octree" : "mesh");
+    }
+    const uint64_t start = fm_now_ns();
+    fm_octree_desc filled;
+    double low[3], high[3];
+    FM_TRY(fm_octree_check_desc(desc, &filled));
+    FM_TRY(check_attribute(&filled));
+    FM_TRY(fm_octree_box_of(mesh, &filled, low, high));
+    FM_TRY(check_sign(mesh, &filled));
+    fm_octree *made = NULL;
+    switch (filled.kind) {
+    case FM_OCTREE_CLOSEST:
+    case FM_OCTREE_DISTANCE:
+        FM_TRY(build_leaves(mesh, &filled, low, high, &made));
+        break;
+    default:
+        return fm_fail(FM_ERROR_UNSUPPORTED, "octrees of kind %d are not built from meshes", (int)filled.kind);
+    }
+    made->info.build_ms = (double)(fm_now_ns() - start) * 1e-6;
+    *octree = made;
+    return FM_OK;
+}

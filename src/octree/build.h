@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: MIT
+#ifndef FM_OCTREE_BUILD_H
+#define FM_OCTREE_BUILD_H
+
+// Builds of CLOSEST and DISTANCE on the host. The grid is cut into chunks of 128^3 cells, worked one after the other, each by all
+// threads: its triangles, the nearest of them at its corners, which cells become leaves, what these hold. Within a chunk lengths
+// are in finest cells and places are counted from its low corner, so that equal parts of a surface give equal bits wherever they
+// are.
+
+#include "mesh/triangle.h"
+#include "octree/octree.h"
+
+enum {
+    FM_CHUNK_LEVEL = 7,
+    FM_CHUNK = 1 << FM_CHUNK_LEVEL,
+    FM_LEAF_MOST = 4,  // leaves with values have at most this level: the corners of greater ones would be far from the surface
+    FM_FIELDS = FM_LEAF_MOST + 1,
+    FM_ERROR_BINS = 4096
+};
+
+static const float FM_ERROR_STEP = 2e-5f;  // in cells of the leaf's level
+
+// A leaf is empty where none of its corners is nearer, in finest cells. Source: Demir and Westermann 2015, section 3.
+static const double FM_EMPTY_BEYOND = 3.4641016151377544;
+
+// A triangle in finest cells, from the box's origin.
+typedef struct fm_cell_triangle {
+    double corner[3][3], normal[3], low[3], high[3];
+    double slack;  // of what is along the normal
+} fm_cell_triangle;
+
+// Triangles near a chunk.
+typedef struct fm_octree_soup {
+    fm_mesh mesh;             // no more than its arrays: three vertices a triangle
+    uint32_t *numbers;        // rising
+    uint32_t (*paint)[3][2];  // of each corner: a colour, or the bits of two texture coordinates; NULL: none
+    uint64_t room;
+} fm_octree_soup;
+
+// Nearest points at the corners of cells of one level in a chunk, x fastest.
+typedef struct fm_octree_field {
+    uint32_t shape[3];    // corners
+    float band;           // farther corners are not known
+    float *distance;      // +infinity: not known. DISTANCE: negative inside
+    uint32_t *triangles;  // places in the soup; FM_NO_TRIANGLE: not known
+    float (*vectors)[3];  // to the nearest point
+} fm_octree_field;
+
+// A bound for how far the surface is, everywhere in the box: an exact transform of the coarse cells that it passes.
+typedef struct fm_octree_far {
+    int level;          // of the coarse cells
+    uint32_t shape[3];  // of the box, with one cell more on each side
+    uint64_t count;
+    uint8_t *occupied;
+    float *bound;  // in finest cells
+    bool outside;  // something is outside of the box
+} fm_octree_far;
+
+typedef enum fm_node_state {
+    FM_NODE_IS_EMPTY = 0,  // its word: the bound's bits
+    FM_NODE_IS_LEAF,       // the number of its first column
+    FM_NODE_IS_INTERNAL,   // the number of its children
+    FM_NODE_IS_MERGED,     // a leaf that a coarser one replaces
+} fm_node_state;
+
+typedef struct fm_octree_nodes {
+    uint32_t shape[3];
+    uint8_t *states;
+    uint32_t *words;
+} fm_octree_nodes;
+
+typedef struct fm_octree_chunk {
+    uint32_t at[3];      // in chunks
+    uint32_t extent[3];  // in finest cells, whole leaves of the greatest level
+    fm_octree_field fields[FM_FIELDS];
+    fm_octree_nodes nodes[FM_FIELDS];
+    uint8_t *memory;
+    uint64_t bytes;
+} fm_octree_chunk;
+
+typedef struct fm_octree_build fm_octree_build;
+
+struct fm_octree_build {
+    fm_context *context;
+    fm_octree *octree;
+    const fm_octree_desc *desc;  // filled
+    double origin[3], cell;
+    uint32_t cells[3], chunks[3];
+    int leaf_most;  // the lesser of FM_LEAF_MOST and the top grid's level
+    double margin;  // triangles farther from a chunk do not count for it
+    fm_octree_far far;
+
+    // The triangles of a chunk.
+    fm_result (*soup_of)(fm_octree_build *build, uint64_t chunk, fm_octree_soup *soup);
+    fm_octree_soup soup;
+    // Of a mesh in memory: the triangles of each chunk, in rising order.
+    fm_mesh *mesh;
+    fm_sign sign;     // DISTANCE, else NONE; never AUTO
+    uint64_t *first;  // chunks + 1
+    uint32_t *listed;
+    uint64_t chunk_count;
+
+    fm_octree_chunk chunk;
+    uint32_t *slots;        // of each chunk: where its roots are, plus 1; 0: it is empty
+    fm_octree_array roots;  // words of all nodes of level leaf_most of the chunks that are not empty
+    uint64_t *errors;       // FM_ERROR_BINS a thread: how many vectors are off by a multiple of FM_ERROR_STEP
+};
+
+// triangles.c
+bool fm_cell_triangle_of(const fm_octree_build *build, const float *const corners[3], fm_cell_triangle *triangle);
+// Whether it may come into a cube; false only where it does not.
+bool fm_cell_triangle_touches(const fm_cell_triangle *triangle, const double low[3], double edge);
+// Calls `fn` for the chunks that it comes near to.
+typedef void (*fm_chunk_fn)(void *user, uint64_t chunk);
+void fm_cell_triangle_chunks(const fm_octree_build *build, const fm_cell_triangle *triangle, fm_chunk_fn fn, void *user);
+fm_result fm_octree_sort_mesh(fm_octree_build *build);
+fm_result fm_octree_soup_of_mesh(fm_octree_build *build, uint64_t chunk, fm_octree_soup *soup);
+fm_result fm_octree_soup_reserve(const fm_octree_build *build, fm_octree_soup *soup, uint64_t count, bool paint);
+void fm_octree_soup_add(const fm_octree_build *build, fm_octree_soup *soup, uint64_t chunk, uint32_t number,
+                        const float *const corners[3]);
+void fm_octree_soup_free(const fm_octree_build *build, fm_octree_soup *soup);
+
+// far.c
+fm_result fm_octree_far_make(fm_octree_build *build);
+void fm_octree_far_mark(const fm_octree_build *build, fm_octree_far *far, const fm_cell_triangle *triangle);
+fm_result fm_octree_far_finish(fm_octree_build *build);
+void fm_octree_far_free(fm_octree_build *build);
+// Of a node, by its place in nodes of its level.
+float fm_octree_far_bound(const fm_octree_far *far, int level, uint32_t x, uint32_t y, uint32_t z);
+
+// chunk.c
+fm_result fm_octree_chunk_make(fm_octree_build *build);
+void fm_octree_chunk_place(fm_octree_build *build, uint64_t chunk);
+void fm_octree_chunk_free(fm_octree_build *build);
+// fields.c, grow.c
+fm_result fm_octree_fields_exact(fm_octree_build *build);
+fm_result fm_octree_fields_grown(fm_octree_build *build);
+// What both end with: vectors, lengths and the signs of pseudonormals from triangles; then the signs of winding numbers.
+void fm_octree_fields_finish(fm_octree_build *build);
+fm_result fm_octree_fields_wind(fm_octree_build *build);
+// merge.c: the states of the chunk's nodes.
+void fm_octree_merge(fm_octree_build *build);
+// leaves.c: their values, and the words of the chunk's nodes.
+fm_result fm_octree_chunk_emit(fm_octree_build *build, uint64_t chunk);
+// build.c
+fm_result fm_octree_box_of(fm_mesh *mesh, const fm_octree_desc *desc, double low[3], double high[3]);
+fm_result fm_octree_given_box(const fm_octree_desc *desc, double low[3], double high[3]);
+// join.c: the words above the chunks'.
+fm_result fm_octree_join(fm_octree_build *build);
+uint32_t fm_octree_bound_word(const fm_octree_build *build, float bound);
+fm_result fm_octree_more_words(fm_octree *octree, uint64_t more);
+
+static inline uint64_t fm_node_at(const uint32_t shape[3], uint32_t x, uint32_t y, uint32_t z) {
+    return x + (uint64_t)shape[0] * (y + (uint64_t)shape[1] * z);
+}
+
+#endif
