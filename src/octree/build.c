@@ -96,6 +96,7 @@ static void end_build(fm_octree_build *build) {
     const fm_allocator *allocator = &build->context->allocator;
     fm_octree_far_free(build);
     fm_octree_chunk_free(build);
+    fm_octree_growth_free(build);
     fm_octree_soup_free(build, &build->soup);
     if (build->octree) {
         fm_octree_array_free(build->octree, &build->roots);

@@ -101,9 +101,10 @@ struct fm_octree_build {
     uint64_t chunk_count;
 
     fm_octree_chunk chunk;
-    uint32_t *slots;        // of each chunk: where its roots are, plus 1; 0: it is empty
-    fm_octree_array roots;  // words of all nodes of level leaf_most of the chunks that are not empty
-    uint64_t *errors;       // FM_ERROR_BINS a thread: how many vectors are off by a multiple of FM_ERROR_STEP
+    struct fm_octree_growth *growth;  // GROWN; NULL before the first chunk
+    uint32_t *slots;                  // of each chunk: where its roots are, plus 1; 0: it is empty
+    fm_octree_array roots;            // words of all nodes of level leaf_most of the chunks that are not empty
+    uint64_t *errors;                 // FM_ERROR_BINS a thread: how many vectors are off by a multiple of FM_ERROR_STEP
 };
 
 // triangles.c
@@ -135,6 +136,7 @@ void fm_octree_chunk_free(fm_octree_build *build);
 // fields.c, grow.c
 fm_result fm_octree_fields_exact(fm_octree_build *build);
 fm_result fm_octree_fields_grown(fm_octree_build *build);
+void fm_octree_growth_free(fm_octree_build *build);
 // What both end with: vectors, lengths and the signs of pseudonormals from triangles; then the signs of winding numbers.
 void fm_octree_fields_finish(fm_octree_build *build);
 fm_result fm_octree_fields_wind(fm_octree_build *build);
