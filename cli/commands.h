@@ -14,6 +14,7 @@ int command_transform(int argc, char **argv);
 int command_sdf(int argc, char **argv);
 int command_voxelize(int argc, char **argv);
 int command_convert(int argc, char **argv);
+int command_octree(int argc, char **argv);
 int command_world(int argc, char **argv);
 int command_render(int argc, char **argv);
 // Whether the arguments of render are those of a mesh or a field, and then this.

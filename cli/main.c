@@ -18,6 +18,7 @@ static const command commands[] = {
     {"transform", "compute a distance field", command_transform},
     {"sdf", "compute the signed distance field of a mesh", command_sdf},
     {"voxelize", "set the voxels that a mesh touches", command_voxelize},
+    {"octree", "build, describe and draw octrees of surfaces", command_octree},
     {"world", "edit voxels and keep their distance field exact", command_world},
 #ifdef CLI_PAINT
     {"paint", "fly through a world, dig and build in it", command_paint},

@@ -13,6 +13,8 @@ static const fm_octree_desc kinds[] = {
     {.kind = FM_OCTREE_CLOSEST, .size = 32, .code = FM_OCTREE_OCTAHEDRAL, .share = true, .threshold = -1, .rounds = 7},
     {.kind = FM_OCTREE_DISTANCE, .size = 50, .sign = FM_SIGN_WINDING},
     {.kind = FM_OCTREE_VOXELS, .size = 64, .top_bytes = 8},
+    {.kind = FM_OCTREE_DAG, .size = 40, .top_bytes = 64},
+    {.kind = FM_OCTREE_TREE64, .size = 40, .top_bytes = 64},
 };
 enum { KINDS = sizeof kinds / sizeof kinds[0] };
 
@@ -40,7 +42,7 @@ static void round_trip(fm_context *context, const fm_octree_desc *desc) {
         fm_octree_destroy(octree);
         return;
     }
-    CHECK(octree->info.internal > 20 && octree->values.count > 20);
+    CHECK(octree->info.internal > 20 && (octree->values.count > 20 || desc->kind == FM_OCTREE_DAG));
     CHECK(same_info(octree, read));
     CHECK(same_array(&octree->words, &read->words) && same_array(&octree->values, &read->values));
     CHECK(same_array(&octree->attributes, &read->attributes) && same_array(&octree->extra, &read->extra));
@@ -51,7 +53,7 @@ static void round_trip(fm_context *context, const fm_octree_desc *desc) {
     CHECK(read->unmap && read->words.room == 0);
     size_t size = 0, size2 = 0;
     uint8_t *bytes = io_contents(path, &size);
-    made_word(read, 0, FM_NODE_EMPTY);
+    made_word(read, 0, 77);
     made_word(read, 0, *(const uint32_t *)(const void *)octree->words.data);
     CHECK(fm_octree_reserve(read, &read->words, 8) && same_array(&octree->words, &read->words));
     CHECK_OK(fm_octree_write(read, again));
@@ -191,6 +193,74 @@ static void wrong_header(fm_context *context, const uint8_t *bytes, size_t size)
     WRONG_HEADER(uint32_t, top[1], 1 << 20, "top grid");
 }
 
+static void wrong_voxels(fm_context *context, const uint8_t *bytes, size_t size) {
+    fm_fmo_header header;
+    fm_fmo_section section;
+    memcpy(&header, bytes, sizeof header);
+    memcpy(&section, bytes + sizeof header, sizeof section);
+    const uint32_t *words = (const uint32_t *)(const void *)(bytes + FM_FMO_PAGE), count = (uint32_t)(section.bytes / 4);
+    uint32_t top = 0;
+    while (words[top] == 0 || words[top] == UINT32_MAX) {
+        top++;
+    }
+    const size_t at = FM_FMO_PAGE + 4 * (size_t)top;
+    if (header.kind == FM_OCTREE_DAG) {
+        const size_t child = FM_FMO_PAGE + 4 * ((size_t)words[top] + 1);
+        WRONG(context, bytes, size, uint32_t, at, count, "has words");
+        WRONG(context, bytes, size, uint32_t, at, count - 1, "has words");
+        WRONG(context, bytes, size, uint32_t, at, UINT32_MAX - 1, "has words");
+        WRONG(context, bytes, size, uint32_t, child, count - 1, "has words");
+        WRONG_HEADER(uint32_t, levels, 1, "");
+    } else {
+        const size_t base = FM_FMO_PAGE + 4 * (3 * (size_t)words[top] + 2);
+        WRONG(context, bytes, size, uint32_t, at, count / 3, "has words");
+        WRONG(context, bytes, size, uint32_t, at, UINT32_MAX, "has words");
+        WRONG(context, bytes, size, uint32_t, base, count / 3, "has words");
+        WRONG(context, bytes, size, uint32_t, base, 0xffffffff, "has values");
+        // A node that is its own child.
+        WRONG(context, bytes, size, uint32_t, base, words[top], "");
+        WRONG_HEADER(uint32_t, levels, header.levels - 1, "");
+    }
+}
+
+// Random words of a section changed: what is taken all the same, rays go through; a sanitizer sees them leave it.
+static void changed(fm_context *context, const uint8_t *bytes, size_t size, uint64_t seed) {
+    enum { TRIES = 300, RAYS = 20 };
+    uint8_t *copy = aligned_alloc(64, fm_round_up(size, 64));
+    fm_fmo_section section;
+    memcpy(&section, bytes + sizeof(fm_fmo_header), sizeof section);
+    int taken = 0;
+    for (int i = 0; i < TRIES; i++) {
+        memcpy(copy, bytes, size);
+        for (int k = test_between(&seed, 1, 3); k > 0; k--) {
+            const uint64_t at = test_random(&seed) % (section.bytes / 4);
+            const uint32_t word = (uint32_t)(test_random(&seed) >> test_between(&seed, 32, 60));
+            memcpy(copy + section.offset + 4 * at, &word, sizeof word);
+        }
+        made_seal(copy, size);
+        const fm_fmo_memory memory = {copy, size, keep};
+        fm_octree *octree = NULL;
+        if (fm_fmo_read_image(context, &memory, "changed", &octree) != FM_OK) {
+            continue;
+        }
+        taken++;
+        fm_mesh_ray rays[RAYS];
+        fm_octree_hit hits[RAYS];
+        for (int r = 0; r < RAYS; r++) {
+            rays[r] = (fm_mesh_ray){.last = INFINITY};
+            for (int axis = 0; axis < 3; axis++) {
+                const float width = octree->info.high[axis] - octree->info.low[axis];
+                rays[r].origin[axis] = octree->info.low[axis] + width * (float)test_between(&seed, -50, 150) / 100;
+                rays[r].direction[axis] = width * (float)test_between(&seed, -5, 5);
+            }
+        }
+        CHECK_OK(fm_octree_cast(octree, rays, RAYS, 0, hits));
+        fm_octree_destroy(octree);
+    }
+    CHECK(taken > 0 && taken < TRIES);
+    free(copy);
+}
+
 static void wrong_nodes(fm_context *context, const uint8_t *bytes, size_t size) {
     fm_fmo_header header;
     memcpy(&header, bytes, sizeof header);
@@ -327,7 +397,12 @@ int main(void) {
             one_bit(context, bytes, size);
             wrong_header(context, bytes, size);
         }
-        wrong_nodes(context, bytes, size);
+        if (kinds[i].kind <= FM_OCTREE_VOXELS) {
+            wrong_nodes(context, bytes, size);
+        } else {
+            wrong_voxels(context, bytes, size);
+        }
+        changed(context, bytes, size, (uint64_t)i);
         free(bytes);
     }
     shared(context);

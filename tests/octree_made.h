@@ -57,11 +57,36 @@ static inline bool made_values(fm_octree *octree, uint64_t count, uint64_t *seed
     return true;
 }
 
-// CLOSEST, DISTANCE or VOXELS.
+// Blocks of voxels of some numbers, many of them alike.
+static inline fm_result made_read(void *user, const fm_box *box, uint32_t *voxels) {
+    const uint64_t seed = *(const uint64_t *)user;
+    uint64_t i = 0;
+    for (int64_t z = box->begin[2]; z < box->end[2]; z++) {
+        for (int64_t y = box->begin[1]; y < box->end[1]; y++) {
+            for (int64_t x = box->begin[0]; x < box->end[0]; x++) {
+                uint64_t block = seed + (uint64_t)(x / 6 % 3 + 5 * (y / 7 % 2) + 11 * (z / 5));
+                voxels[i++] = test_random(&block) % 4 == 0 ? 1 + (uint32_t)(x + y) % 3 : 0;
+            }
+        }
+    }
+    return FM_OK;
+}
+
+static inline fm_octree *made_voxels(fm_context *context, const fm_octree_desc *desc, uint64_t seed) {
+    const fm_voxel_source source = {.user = &seed, .shape = {desc->size, 29, 17}, .read = made_read};
+    fm_octree *octree = NULL;
+    CHECK_OK(fm_octree_build_voxels(context, &source, desc, &octree));
+    return octree;
+}
+
+// Of the kinds that only builders make: from voxels.
 static inline fm_octree *made_octree(fm_context *context, const fm_octree_desc *desc, uint64_t seed) {
     static const double low[3] = {-1, 2, 0.5}, high[3] = {2, 4, 1.75};
     fm_octree_desc filled;
     fm_octree *octree = NULL;
+    if (desc->kind == FM_OCTREE_DAG || desc->kind == FM_OCTREE_TREE64) {
+        return made_voxels(context, desc, seed);
+    }
     if (!CHECK_OK(fm_octree_check_desc(desc, &filled)) || !CHECK_OK(fm_octree_new(context, &filled, low, high, &octree))) {
         return NULL;
     }

@@ -53,8 +53,8 @@ typedef struct fm_fmo_section {
 // the last stands the sum of all, in four bytes.
 typedef struct fm_fmo_part {
     uint64_t offset, bytes;
-    uint32_t words;       // elements of the image's section of nodes
     uint32_t header_sum;  // of the image
+    uint32_t unused;
 } fm_fmo_part;
 
 typedef enum fm_fmo_name {
@@ -92,6 +92,11 @@ typedef struct fm_fmo_memory {
 fm_result fm_fmo_keep_image(fm_context *context, const fm_fmo_memory *memory, const fm_octree *numbers, fm_octree **octree);
 // Everything together for a whole file in memory, which stays the caller's on failure.
 fm_result fm_fmo_read_image(fm_context *context, const fm_fmo_memory *memory, const char *name, fm_octree **octree);
+
+// parts.c. Bytes of a directory; a part of a file in memory; the rows of a file's directory, as many as its header says.
+uint64_t fm_fmo_directory_bytes(uint64_t count);
+fm_result fm_fmo_read_at(int file, uint64_t offset, void *target, uint64_t bytes, const char *name);
+fm_result fm_fmo_read_directory(int file, uint64_t file_bytes, const fm_fmo_header *header, const char *name, fm_fmo_part *rows);
 
 // validate.c: whether rays can go through the octree without leaving its arrays or its levels; what is wrong is FM_ERROR_FORMAT.
 fm_result fm_octree_validate(const fm_octree *octree, uint8_t *marks);

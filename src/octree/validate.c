@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Whether an octree from a file is one that rays can go through: what a cast follows must end within the arrays and the levels.
 
-#include "octree/file.h"
+#include "octree/validate.h"
 
 #include <math.h>
 #include <string.h>
@@ -23,7 +23,7 @@ typedef struct place {
 } place;
 
 uint64_t fm_octree_marks(const fm_octree *octree) {
-    return octree->words.count + octree->extra.count;
+    return 4 * (octree->words.count + octree->extra.count);
 }
 
 static bool is_internal(uint32_t word) {
@@ -84,17 +84,23 @@ static fm_result check_below(const tree *t, uint64_t node, uint32_t levels) {
     }
 }
 
+fm_result fm_octree_check_top(const fm_octree *octree, uint64_t *nodes) {
+    const fm_octree_info *info = &octree->info;
+    if (fm_mul_overflows((uint64_t)info->top[0] * info->top[1], info->top[2], nodes) || *nodes > octree->words.count) {
+        return fm_fail(FM_ERROR_FORMAT, "the top grid has %u x %u x %u nodes, but there are %llu", info->top[0], info->top[1],
+                       info->top[2], (unsigned long long)octree->words.count);
+    }
+    return FM_OK;
+}
+
 static fm_result check_nodes(const fm_octree *octree, uint64_t leaves, uint8_t *marks) {
     const fm_octree_info *info = &octree->info;
     const tree t = {.words = (const uint32_t *)(const void *)octree->words.data,
                     .count = octree->words.count,
                     .leaves = leaves,
                     .marks = marks};
-    uint64_t top;
-    if (fm_mul_overflows((uint64_t)info->top[0] * info->top[1], info->top[2], &top) || top > t.count) {
-        return fm_fail(FM_ERROR_FORMAT, "the top grid has %u x %u x %u nodes, but there are %llu", info->top[0], info->top[1],
-                       info->top[2], (unsigned long long)t.count);
-    }
+    uint64_t top = 0;
+    FM_TRY(fm_octree_check_top(octree, &top));
     for (uint64_t node = 0; node < top; node++) {
         FM_TRY(check_below(&t, node, info->levels));
     }
@@ -128,22 +134,21 @@ static fm_result check_columns(const fm_octree *octree, uint8_t *marks) {
     if (octree->info.kind == FM_OCTREE_DISTANCE || octree->info.code == FM_OCTREE_FLOATS) {
         FM_TRY(check_floats(octree));
     }
-    FM_TRY(check_attributes(octree, octree->info.attribute != FM_OCTREE_PLAIN));
     return check_nodes(octree, columns > 0 ? columns - 1 : 0, marks);
 }
 
-static fm_result check_voxels(const fm_octree *octree, uint8_t *marks) {
-    FM_TRY(check_attributes(octree, false));
-    return check_nodes(octree, octree->values.count, marks);
-}
-
 fm_result fm_octree_validate(const fm_octree *octree, uint8_t *marks) {
+    FM_TRY(check_attributes(octree, octree->info.kind == FM_OCTREE_CLOSEST && octree->info.attribute != FM_OCTREE_PLAIN));
     switch (octree->info.kind) {
     case FM_OCTREE_CLOSEST:
     case FM_OCTREE_DISTANCE:
         return check_columns(octree, marks);
     case FM_OCTREE_VOXELS:
-        return check_voxels(octree, marks);
+        return check_nodes(octree, octree->values.count, marks);
+    case FM_OCTREE_DAG:
+        return fm_octree_check_dag(octree, marks);
+    case FM_OCTREE_TREE64:
+        return fm_octree_check_tree64(octree, marks);
     default:
         return fm_fail(FM_ERROR_FORMAT, "octrees of kind %d cannot be read by this library yet", (int)octree->info.kind);
     }

@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: MIT
+// fathom octree: octrees are built into files, described, and drawn.
+
+#include "commands.h"
+#include "octree_job.h"
+
+#include <string.h>
+
+static const struct {
+    const char *name, *summary;
+    int (*run)(int argc, char **argv);
+} subcommands[] = {
+    {"build", "build an octree of a mesh or of voxels into a file", octree_build},
+    {"info", "describe an octree file", octree_info},
+};
+enum { SUBCOMMANDS = sizeof subcommands / sizeof subcommands[0] };
+
+static int print_subcommands(void) {
+    printf("usage: fathom octree build|info|render [ARGUMENTS]\n\n"
+           "Octrees of surfaces: vectors to closest points, signed distances, and voxels in several structures.\n\n");
+    for (int i = 0; i < SUBCOMMANDS; i++) {
+        printf("  %-8s %s\n", subcommands[i].name, subcommands[i].summary);
+    }
+    printf("\nfathom octree build --help has its arguments and examples, and so on.\n");
+    return CLI_DONE;
+}
+
+int command_octree(int argc, char **argv) {
+    if (argc < 2) {
+        return cli_usage("octree: missing argument build, info or render: see fathom octree --help");
+    }
+    if (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0) {
+        return print_subcommands();
+    }
+    for (int i = 0; i < SUBCOMMANDS; i++) {
+        if (strcmp(argv[1], subcommands[i].name) == 0) {
+            return subcommands[i].run(argc - 1, argv + 1);
+        }
+    }
+    return cli_usage("octree: no command \"%s\": build, info and render are there", argv[1]);
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// build
+// ---------------------------------------------------------------------------------------------------------------------------
+
+typedef struct build_request {
+    octree_job job;
+    const char *out;
+    fm_octree_parts parts;
+    bool divided, json;
+} build_request;
+
+static int write_parts(build_request *r) {
+    if (!r->job.mesh) {
+        return cli_usage("%s: is no mesh: --parts divides the octree of a mesh", r->job.in);
+    }
+    if (fm_octree_write_parts(r->job.mesh, &r->job.desc, &r->parts, r->out) != FM_OK ||
+        fm_octree_read(r->job.context, r->out, &r->job.octree) != FM_OK) {
+        return cli_library_failed();
+    }
+    fm_octree_describe(r->job.octree, &r->job.info);
+    return CLI_DONE;
+}
+
+static int write_whole(build_request *r) {
+    const int status = octree_job_build(&r->job);
+    if (status != CLI_DONE) {
+        return status;
+    }
+    return fm_octree_write(r->job.octree, r->out) == FM_OK ? CLI_DONE : cli_library_failed();
+}
+
+static int report(const build_request *r) {
+    const octree_job *job = &r->job;
+    FILE *stream = files_is_pipe(r->out) ? stderr : stdout;
+    if (r->json) {
+        cJSON *root = cJSON_CreateObject();
+        cJSON_AddStringToObject(root, "input", job->in);
+        cJSON_AddStringToObject(root, "output", r->out);
+        octree_json(root, &job->info);
+        cJSON_AddItemToObject(root, "device", report_device_json(&job->device));
+        cJSON_AddNumberToObject(root, "build_milliseconds", job->info.build_ms);
+        cJSON_AddNumberToObject(root, "gpu_milliseconds", job->info.gpu_ms);
+        cJSON_AddNumberToObject(root, "wall_milliseconds", job->wall_ms);
+        return report_json(stream, root) ? CLI_DONE : cli_fail("out of memory for the report: free some");
+    }
+    if (!job->quiet) {
+        fprintf(stream, "%s\n", files_is_pipe(r->out) ? "standard output" : r->out);
+        octree_text(stream, &job->info);
+        if (!r->divided) {
+            fprintf(stream, "    built in    %.1f ms, of which kernels %.1f ms, on %s (%s)\n", job->info.build_ms, job->info.gpu_ms,
+                    job->device.name, job->device.driver);
+        }
+    }
+    return CLI_DONE;
+}
+
+static int build(build_request *r) {
+    int status = files_output_check(r->out);
+    if (status == CLI_DONE) {
+        status = octree_job_begin(&r->job);
+        status = status == CLI_DONE ? octree_job_source(&r->job) : status;
+        status = status != CLI_DONE ? status : r->divided ? write_parts(r) : write_whole(r);
+        status = status == CLI_DONE ? report(r) : status;
+        octree_job_end(&r->job);
+    }
+    return status;
+}
+
+int octree_build(int argc, char **argv) {
+    static const cli_help help = {
+        "octree build",
+        "Builds an octree of a mesh, or of voxels (kinds voxels, svo, dag, tree64), into an .fmo file. With --parts, the file "
+        "holds "
+        "a coarse\noctree and finer ones of the parts of the box, of which fathom octree render loads what it sees.",
+        "fathom octree build armadillo.obj armadillo.fmo --size 1024\n"
+        "fathom octree build hall.glb hall.fmo --size 2048 --code octahedral --share\n"
+        "fathom octree build terrain.vox terrain.fmo --kind dag\n"
+        "fathom octree build lucy.ply lucy.fmo --size 8192 --parts 16\n"};
+    cli_args args = {0};
+    octree_options options;
+    struct arg_str *in = cli_add(&args, arg_str1(NULL, NULL, "MESH|VOXELS", "a mesh file, or a volume of voxels"));
+    struct arg_str *out = cli_add(&args, arg_str1(NULL, NULL, "OUT.fmo", "the octree; - writes to standard output"));
+    octree_options_add(&args, &options, "size");
+    struct arg_str *parts = cli_add(&args, arg_str0(NULL, "parts", "N", "divide the box into parts, N along its longest edge"));
+    struct arg_str *coarse =
+        cli_add(&args, arg_str0(NULL, "coarse", "N", "with --parts: cells of the coarse octree; default an eighth of --size"));
+    struct arg_lit *json = cli_add(&args, arg_lit0(NULL, "json", "print the report as JSON"));
+    int status;
+    if (cli_parse(&args, &help, argc, argv, &status)) {
+        build_request r = {.out = out->sval[0], .divided = parts->count > 0, .json = json->count > 0};
+        status = CLI_USAGE;
+        if (coarse->count && !parts->count) {
+            cli_usage("--coarse is given without --parts");
+        } else if (r.divided && files_is_pipe(r.out)) {
+            cli_usage("--parts needs a file: OUT.fmo is -");
+        } else if (octree_options_read(&options, "size", in->sval[0], &r.job) &&
+                   (!parts->count || cli_uint32("--parts", parts->sval[0], 1, &r.parts.parts)) &&
+                   (!coarse->count || cli_uint32("--coarse", coarse->sval[0], 1, &r.parts.coarse))) {
+            status = build(&r);
+        }
+    }
+    cli_free(&args);
+    return status;
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// info
+// ---------------------------------------------------------------------------------------------------------------------------
+
+static int describe(const char *path, bool json) {
+    const fm_context_desc cpu = {.backend = FM_BACKEND_CPU, .threads = 1};
+    fm_context *context = NULL;
+    fm_octree *octree = NULL;
+    int status = CLI_DONE;
+    if (fm_context_create(&cpu, &context) != FM_OK || fm_octree_read(context, path, &octree) != FM_OK) {
+        status = cli_library_failed();
+    } else {
+        fm_octree_info info;
+        fm_octree_describe(octree, &info);
+        if (json) {
+            cJSON *root = cJSON_CreateObject();
+            cJSON_AddStringToObject(root, "path", path);
+            octree_json(root, &info);
+            status = report_json(stdout, root) ? CLI_DONE : cli_fail("out of memory for the description: free some");
+        } else {
+            printf("%s\n", path);
+            octree_text(stdout, &info);
+        }
+    }
+    fm_octree_destroy(octree);
+    fm_context_destroy(context);
+    return status;
+}
+
+int octree_info(int argc, char **argv) {
+    static const cli_help help = {"octree info",
+                                  "Describes an octree file. All of it is checked: checksums, and that rays find their way.",
+                                  "fathom octree info armadillo.fmo\n"
+                                  "fathom octree info --json lucy.fmo\n"};
+    cli_args args = {0};
+    struct arg_str *in = cli_add(&args, arg_str1(NULL, NULL, "FILE.fmo", "an octree; - reads standard input"));
+    struct arg_lit *json = cli_add(&args, arg_lit0(NULL, "json", "print the description as JSON"));
+    int status;
+    if (cli_parse(&args, &help, argc, argv, &status)) {
+        status = describe(in->sval[0], json->count > 0);
+    }
+    cli_free(&args);
+    return status;
+}

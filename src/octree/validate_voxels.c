@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: MIT
+// Whether DAGs and 64-trees from files are such that rays can go through them. Each step down is to a lower level, so that no way
+// is endless; marks keep nodes that many others share from being gone through again and again.
+
+#include "octree/validate.h"
+
+#include "shaders/include/octree_dag_rule.h"
+#include "shaders/include/octree_tree64_rule.h"
+
+typedef struct nodes {
+    const uint32_t *words;
+    uint64_t count;     // of them
+    uint64_t values;    // numbers of voxels
+    uint32_t *visited;  // of each node: a bit for each level at which it was found sound
+} nodes;
+
+static nodes nodes_of(const fm_octree *octree, uint8_t *marks) {
+    return (nodes){.words = (const uint32_t *)(const void *)octree->words.data,
+                   .count = octree->words.count,
+                   .values = octree->values.count,
+                   .visited = (uint32_t *)(void *)marks};
+}
+
+// True where it was seen before.
+static bool visit(const nodes *n, uint64_t node, int level) {
+    const bool seen = n->visited[node] >> level & 1;
+    n->visited[node] |= 1u << level;
+    return seen;
+}
+
+static fm_result outside(const nodes *n, const char *what, uint64_t at, uint64_t end) {
+    return fm_fail(FM_ERROR_FORMAT, "%s %llu: has words up to %llu, but there are %llu", what, (unsigned long long)at,
+                   (unsigned long long)end, (unsigned long long)n->count);
+}
+
+static fm_result check_dag(const nodes *n, uint64_t node, int level) {
+    if (node == 0 || node == FM_DAG_SOLID) {
+        return FM_OK;
+    }
+    if (node + 2 > n->count) {
+        return outside(n, "node", node, node + 2);
+    }
+    if (visit(n, node, level) || level == FM_DAG_LEAF_LEVEL) {
+        return FM_OK;
+    }
+    const uint32_t children = (uint32_t)__builtin_popcount(n->words[node] & 0xff);
+    if (node + 1 + children > n->count) {
+        return outside(n, "node", node, node + 1 + children);
+    }
+    for (uint32_t i = 0; i < children; i++) {
+        FM_TRY(check_dag(n, n->words[node + 1 + i], level - 1));
+    }
+    return FM_OK;
+}
+
+fm_result fm_octree_check_dag(const fm_octree *octree, uint8_t *marks) {
+    const nodes n = nodes_of(octree, marks);
+    const int levels = (int)octree->info.levels;
+    uint64_t top = 0;
+    FM_TRY(fm_octree_check_top(octree, &top));
+    if (levels < FM_DAG_LEAF_LEVEL) {
+        return fm_fail(FM_ERROR_FORMAT, "%d levels: a DAG has %d at least", levels, FM_DAG_LEAF_LEVEL);
+    }
+    for (uint64_t i = 0; i < top; i++) {
+        FM_TRY(check_dag(&n, n.words[i], levels));
+    }
+    return FM_OK;
+}
+
+static fm_result check_tree64(const nodes *n, uint64_t node, int level) {
+    const uint64_t at = node * FM_TREE64_WORDS;
+    if (at + FM_TREE64_WORDS > n->count) {
+        return outside(n, "node", node, at + FM_TREE64_WORDS);
+    }
+    if (visit(n, at, level)) {
+        return FM_OK;
+    }
+    const uint32_t base = n->words[at + 2], first = base & FM_TREE64_INDEX;
+    const uint32_t children = (uint32_t)(__builtin_popcount(n->words[at]) + __builtin_popcount(n->words[at + 1]));
+    if (base & FM_TREE64_LEAF) {
+        const uint64_t numbers = children == 0 ? 0 : base & FM_TREE64_SAME ? 1 : children;
+        if (first + numbers > n->values) {
+            return fm_fail(FM_ERROR_FORMAT, "node %llu: has values up to %llu, but there are %llu", (unsigned long long)node,
+                           (unsigned long long)(first + numbers), (unsigned long long)n->values);
+        }
+        return FM_OK;
+    }
+    if (level < 4 && children > 0) {
+        return fm_fail(FM_ERROR_FORMAT, "node %llu: has children below level 0", (unsigned long long)node);
+    }
+    for (uint32_t i = 0; i < children; i++) {
+        FM_TRY(check_tree64(n, (uint64_t)first + i, level - 2));
+    }
+    return FM_OK;
+}
+
+fm_result fm_octree_check_tree64(const fm_octree *octree, uint8_t *marks) {
+    const nodes n = nodes_of(octree, marks);
+    const int levels = (int)octree->info.levels;
+    uint64_t top = 0;
+    FM_TRY(fm_octree_check_top(octree, &top));
+    if (levels < 2 || levels % 2 != 0) {
+        return fm_fail(FM_ERROR_FORMAT, "%d levels: a 64-tree has an even number of them", levels);
+    }
+    for (uint64_t i = 0; i < top; i++) {
+        if (n.words[i] != 0) {
+            FM_TRY(check_tree64(&n, n.words[i], levels));
+        }
+    }
+    return FM_OK;
+}

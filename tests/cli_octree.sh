@@ -1,0 +1,103 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# Octrees built into files, described and drawn, and what is refused.
+# shellcheck source=tests/cli_common.sh
+. "$(dirname "$0")/cli_common.sh"
+
+# A tetrahedron.
+cat >"$work/t.obj" <<'END'
+v 0 0 0
+v 1 0 0
+v 0 1 0
+v 0 0 1
+f 1 3 2
+f 1 2 4
+f 2 3 4
+f 3 1 4
+END
+ends 0 octree --help
+for command in build info; do
+    ends 0 octree "$command" --help
+    grep -q "^usage: fathom octree $command" "$work/.out" || bad "octree $command --help has no usage line"
+done
+ends 2 octree
+ends 2 octree nonsense
+says 'build, info'
+ends 2 octree build
+ends 2 octree build t.obj
+says 'OUT.fmo'
+ends 2 octree info
+ends 2 octree build t.obj o.fmo --kind nothing
+says 'closest, distance'
+ends 2 octree build t.obj o.fmo --size 0
+ends 2 octree build t.obj o.fmo --size 1048577
+ends 2 octree build t.obj o.fmo --method magic
+ends 2 octree build t.obj o.fmo --rounds 3
+says '--method grown'
+ends 2 octree build t.obj o.fmo --code bytes
+ends 2 octree build t.obj o.fmo --threshold 0
+ends 2 octree build t.obj o.fmo --threshold x
+ends 2 octree build t.obj o.fmo --sign winding
+says '--kind distance'
+ends 2 octree build t.obj o.fmo --kind distance --sign maybe
+ends 2 octree build t.obj o.fmo --kind distance --code floats
+ends 2 octree build t.obj o.fmo --kind dag --share
+ends 2 octree build t.obj o.fmo --kind distance --attribute triangle
+ends 2 octree build t.obj o.fmo --attribute smell
+ends 2 octree build t.obj o.fmo --box 0,0,0,1,1
+ends 2 octree build t.obj o.fmo --box 0,0,0,1,-1,1
+ends 2 octree build t.obj o.fmo --top 0
+ends 2 octree build t.obj o.fmo --coarse 8
+says '--parts'
+ends 2 octree build t.obj o.fmo --parts 0
+ends 2 octree build t.obj - --parts 2
+ends 2 octree build t.obj o.fmo --backend cpu --device 0
+ends 1 octree build t.obj nowhere/o.fmo
+ends 1 octree build nothing.obj o.fmo
+ends 1 octree build t.obj o.fmo --size 16 --parts 17 --backend cpu
+says '17 parts'
+holds t.obj
+
+small="--size 24 --backend cpu --quiet"
+# shellcheck disable=SC2086
+for way in "" "--kind distance --sign winding" "--code octahedral --share" "--code floats --attribute triangle" \
+    "--method grown --rounds 4" "--box=-1,-1,-1,2,2,2 --threshold -1" "--top 1" "--parts 3 --coarse 12"; do
+    ends 0 octree build t.obj o.fmo $small $way
+    [ ! -s "$work/.out" ] || bad "--quiet prints with \"$way\""
+    ends 0 octree info o.fmo
+    grep -q '^    kind        ' "$work/.out" || bad "info names no kind with \"$way\""
+    ends 0 octree info --json o.fmo
+    grep -q '"levels":' "$work/.out" || bad "info --json with \"$way\""
+    rm "$work/o.fmo"
+done
+ends 0 octree build t.obj o.fmo --size 24 --backend cpu --json
+grep -q '"build_milliseconds":' "$work/.out" || bad "build --json"
+grep -q '"parts":	0' "$work/.out" || bad "a whole file says that it has parts"
+# Through pipes.
+(cd "$work" && "$fathom" octree build t.obj - --size 24 --backend cpu --quiet | "$fathom" octree info --json -) >"$work/.out" 2>&1 ||
+    bad "through a pipe: $(cat "$work/.out")"
+grep -q '"kind":	"closest"' "$work/.out" || bad "through a pipe"
+# Voxels.
+ends 0 scene city city.npy --size 16 --quiet
+for kind in voxels dag tree64; do
+    ends 0 octree build city.npy v.fmo --kind $kind --backend cpu --quiet
+    ends 0 octree info v.fmo
+    grep -q "^    kind        $kind" "$work/.out" || bad "info of $kind: $(cat "$work/.out")"
+done
+ends 0 octree build city.npy v.fmo --kind voxels --solid 200 --backend cpu --quiet
+ends 1 octree build city.npy v.fmo --kind closest --backend cpu
+ends 2 octree build city.npy v.fmo --kind voxels --parts 2 --backend cpu
+says 'no mesh'
+# Damaged files.
+ends 1 octree info t.obj
+says 'does not begin as'
+ends 1 octree info nothing.fmo
+head -c 5000 "$work/o.fmo" >"$work/cut.fmo"
+ends 1 octree info cut.fmo
+says 'truncated'
+cp "$work/o.fmo" "$work/bad.fmo"
+printf 'x' | dd of="$work/bad.fmo" bs=1 seek=5000 conv=notrunc 2>/dev/null
+ends 1 octree info bad.fmo
+says 'checksum'
+holds t.obj o.fmo city.npy v.fmo cut.fmo bad.fmo
+finish
