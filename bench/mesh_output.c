@@ -12,7 +12,7 @@ const char *const bench_mesh_sign_words[] = {"auto", "pseudonormal", "winding", 
 
 // The passes that have columns of their own in CSV; all are in JSON.
 static const char *const pass_names[] = {"tree", "voxelize", "flood",  "trace",   "normals", "moments",
-                                         "sign", "near",     "blocks", "nearest", "fill"};
+                                         "sign", "near",     "blocks", "nearest", "far",     "fill"};
 enum { PASS_NAMES = sizeof pass_names / sizeof pass_names[0] };
 static const char *const purposes[] = {"volumes", "meshes", "update state", "scratch", "staging", "upload", "readback"};
 enum { PURPOSES = sizeof purposes / sizeof purposes[0] };

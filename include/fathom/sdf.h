@@ -86,11 +86,11 @@ typedef struct fm_sdf_info {
 // memory, whose intersections are searched for only if the rest speaks for PSEUDONORMAL. An empty mesh gives the band's width
 // everywhere, +infinity under FM_FAR_EXACT and FLOODED. Deterministic: the same input gives the same bits on the same device.
 // Unsigned distances are within 4 units in the last place of the largest coordinate that takes part. Asynchronous on Vulkan,
-// complete at `ticket` (NULL: waits). Passes: "tree", "normals" or "moments" where they are made anew; then "near", "nearest",
-// "flood" for FM_FAR_FLOODED, "fill", before them "sign" for winding numbers; or "blocks", "nearest" for FM_FAR_EXACT and for
-// winding numbers of meshes that are not closed. Errors: as fm_mesh_voxelize, FM_ERROR_INVALID_ARGUMENT for a band below 0 or not
-// finite, and on the CPU backend FM_ERROR_UNSUPPORTED for more than 2^26 texels along an axis. On the CPU backend winding numbers
-// decide as if summed exactly where the mesh's boundary has at most 4,096 edges.
+// complete at `ticket` (NULL: waits). Passes: "tree", "normals" or "moments" where they are made anew; then "sign" for winding
+// numbers, "near", "nearest", "flood" but for FM_FAR_BAND, "fill" or for FM_FAR_EXACT "far"; or, for winding numbers of meshes that
+// are not closed, "blocks", "nearest". Errors: as fm_mesh_voxelize, FM_ERROR_INVALID_ARGUMENT for a band below 0 or not finite, and
+// on the CPU backend FM_ERROR_UNSUPPORTED for more than 2^26 texels along an axis. On the CPU backend winding numbers decide as if
+// summed exactly where the mesh's boundary has at most 4,096 edges.
 FM_API fm_result fm_mesh_sdf(fm_mesh *mesh, const fm_sdf_desc *desc, fm_volume *distance, fm_volume *triangles, fm_sdf_info *info,
                              fm_ticket *ticket);
 

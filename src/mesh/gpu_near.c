@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Fields of meshes on Vulkan whose far texels have the band's width or flooded distances. Triangles mark the blocks of 4^3 texels
-// that they are near to; those are listed, and their texels look for the nearest triangle; all others get their side and their
-// triangle from the near ones. The tree is asked nothing about places that the band does not reach.
+// Fields of meshes on Vulkan where sides are known from the surface alone. Triangles mark the blocks of 4^3 texels
+// that they are near to; those are listed, and their texels look for the nearest triangle; all others get their side and a
+// triangle from the near ones. Only where far texels are to be exact is the tree asked about places that the band does not reach.
 
 #include "mesh/gpu_sdf.h"
 #include "mesh/gpu_voxelize.h"
@@ -42,8 +42,9 @@ static fm_voxel_grid block_grid(const fm_sdf_plan *plan, fm_shape blocks) {
     return fm_voxel_grid_of(&desc);
 }
 
+// Far texels get triangles, by which they have distances or begin to look for the nearest.
 static bool is_flooded(const fm_sdf_job *j) {
-    return j->plan->far_texels == FM_FAR_FLOODED;
+    return j->plan->far_texels != FM_FAR_BAND;
 }
 
 static uint64_t cell_bytes(fm_shape blocks) {
@@ -77,17 +78,16 @@ uint64_t fm_gpu_near_bytes(const fm_sdf_job *j) {
 }
 
 // How near a triangle must be to a block's texels to make it a near one. Sides are carried from texel to texel, and the widest step
-// must be within it.
+// must be within it. Where all is to be exact, triangles are flooded from as few blocks.
 static double mark_reach(const fm_sdf_plan *plan) {
     const double widest = fmax(plan->spacing[0], fmax(plan->spacing[1], plan->spacing[2]));
-    return fmin(fmax((double)plan->band * 1.00001, widest * 1.001), 1e18);
+    const double band = plan->far_texels == FM_FAR_EXACT ? widest : (double)plan->band;
+    return fmin(fmax(band * 1.00001, widest * 1.001), 1e18);
 }
 
-// How far texels of near blocks look: where distances are flooded so far that every texel finds what marked its block.
+// How far texels of near blocks look: as far as there are triangles, or not beyond the band. Its square is a float.
 static float walk_reach(const fm_sdf_job *j) {
-    const double *s = j->plan->spacing;
-    const double diagonal = (FM_SDF_MIDDLE - 1) * sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
-    return (float)fmin(mark_reach(j->plan) + (is_flooded(j) ? 1.001 * diagonal : 0), 1e18);
+    return is_flooded(j) ? 1.8e19f : (float)mark_reach(j->plan);
 }
 
 static void record_header(const fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
@@ -144,7 +144,7 @@ static fm_result record_near(const fm_sdf_job *j, fm_slot *slot, const near_layo
 static fm_result dispatch(const fm_sdf_job *j, fm_slot *slot, fm_kernel kernel, uint64_t groups) {
     const fm_dispatch d = {.kernel = kernel,
                            .constants = j->constants,
-                           .constant_count = 4,
+                           .constant_count = 3,
                            .push = &j->push,
                            .push_bytes = sizeof j->push,
                            .groups = groups,
@@ -206,7 +206,7 @@ static fm_result record_flood(fm_sdf_job *j, fm_slot *slot, const near_layout *l
         FM_TRY(record_step(j, slot, l, 1, from));
         from = 1 - from;
     }
-    j->constants[3] = from;
+    j->constants[2] = from;
     fm_commands_pass(j->gpu, slot, "flood", (steps + 1) * 2 * cell_bytes(l->blocks));
     return FM_OK;
 }
@@ -232,7 +232,9 @@ fm_result fm_gpu_near_record(fm_sdf_job *j, fm_slot *slot) {
     if (is_flooded(j)) {
         FM_TRY(record_flood(j, slot, &l));
     }
-    FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_FILL, tiles(j->plan->shape)));
-    fm_commands_pass(j->gpu, slot, "fill", fm_voxels(j->plan->shape) * j->texel_bytes);
+    const bool exact = j->plan->far_texels == FM_FAR_EXACT;
+    FM_TRY(exact ? dispatch(j, slot, FM_KERNEL_MESH_NEAR_FAR, fm_voxels(l.blocks))
+                 : dispatch(j, slot, FM_KERNEL_MESH_NEAR_FILL, tiles(j->plan->shape)));
+    fm_commands_pass(j->gpu, slot, exact ? "far" : "fill", fm_voxels(j->plan->shape) * j->texel_bytes);
     return FM_OK;
 }

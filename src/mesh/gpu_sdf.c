@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: MIT
-// Fields of meshes on Vulkan whose far texels need distances or sides of their own: blocks of 16^3 texels, blocks of 4^3 within
-// those that matter, texels within those that do, and all others at once. The lists lie on the device; the host waits for nothing.
-// Other fields are those of gpu_near.c.
+// Fields of meshes on Vulkan: what they all need, and those with winding numbers of an open mesh, where the surface alone does not
+// tell the side. Blocks of 16^3 texels, blocks of 4^3 within those that matter, texels within those that do, and all others at
+// once. The lists lie on the device; the host waits for nothing. The other fields are those of gpu_near.c.
 
 #include "mesh/gpu_sdf.h"
 
 #include <string.h>
 
 enum { THREADS = 64, PIECE = 256 };
-
-static uint32_t sign_of(fm_sign sign) {
-    return sign == FM_SIGN_PSEUDONORMAL ? FM_SDF_PSEUDONORMAL : sign == FM_SIGN_WINDING ? FM_SDF_WINDING : FM_SDF_UNSIGNED;
-}
 
 static void place_grid(const fm_sdf_plan *plan, fm_sdf_push *push) {
     for (int axis = 0; axis < 3; axis++) {
@@ -33,12 +29,10 @@ static uint64_t coarse_blocks(fm_shape shape) {
 }
 
 static fm_result record_level(const fm_sdf_job *j, fm_slot *slot, fm_kernel kernel, uint32_t edge, uint64_t groups, uint32_t list) {
-    uint32_t constants[4];
-    memcpy(constants, j->constants, sizeof constants);
-    constants[3] = edge;
+    const uint32_t constants[] = {j->constants[0], j->constants[1], edge};
     const fm_dispatch dispatch = {.kernel = kernel,
                                   .constants = constants,
-                                  .constant_count = 4,
+                                  .constant_count = 3,
                                   .push = &j->push,
                                   .push_bytes = sizeof j->push,
                                   .groups = groups,
@@ -81,7 +75,12 @@ static fm_result prepare_sign(fm_sdf_job *j) {
     }
     FM_TRY(fm_gpu_mesh_joints(j->mesh));
     const fm_mesh_info *info = &j->mesh->topology->info;
-    j->constants[2] = info->closed && info->dropped == 0;
+    if (j->plan->sign == FM_SIGN_PSEUDONORMAL) {
+        j->constants[0] = FM_SDF_PSEUDONORMAL;
+        return FM_OK;
+    }
+    // Closed meshes have whole winding numbers, which crossings count.
+    j->constants[0] = info->closed && info->dropped == 0 ? FM_SDF_CROSSINGS : FM_SDF_WINDING;
     return FM_OK;
 }
 
@@ -104,12 +103,9 @@ fm_result fm_gpu_mesh_sdf(fm_mesh *mesh, const fm_sdf_plan *plan, fm_volume *dis
                     .plan = plan,
                     .gpu = mesh->gpu->gpu,
                     .texel_bytes = triangles ? 8 : 4,
-                    .constants = {sign_of(plan->sign), (uint32_t)plan->far_texels, 0, 0}};
+                    .constants = {FM_SDF_UNSIGNED, (uint32_t)plan->far_texels, 0}};
     FM_TRY(prepare_sign(&j));
-    const bool closed = j.constants[2] != 0;
-    const bool near = plan->far_texels != FM_FAR_EXACT && (closed || plan->sign != FM_SIGN_WINDING);
-    // Closed meshes have whole winding numbers, which crossings count.
-    j.constants[0] = near && plan->sign == FM_SIGN_WINDING ? FM_SDF_CROSSINGS : j.constants[0];
+    const bool near = j.constants[0] != FM_SDF_WINDING;
     // A state for each block, a list entry likewise.
     const uint64_t bytes = near ? fm_gpu_near_bytes(&j) : FM_SDF_HEADER_BYTES + coarse_blocks(plan->shape) * (65 * 16 + 65 * 4);
     FM_TRY(fm_gpu_scratch(j.gpu, bytes, &j.push.scratch));

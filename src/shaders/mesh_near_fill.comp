@@ -60,8 +60,7 @@ uvec4 far_distances(uvec3 grid, uvec3 at, uvec3 block) {
     if (FAR != FAR_FLOODED) {
         return uvec4(floatBitsToUint(band()));
     }
-    uint64_t number = (uint64_t(block.z) * grid.y + block.y) * grid.x + block.x;
-    uint triangle = ref_u32(near_cells(grid, EDGE) + number * FM_NEAR_CELL_BYTES + 12).v;
+    uint triangle = near_flooded(grid, block);
     uvec4 value = uvec4(floatBitsToUint(MESH_INFINITY));
     [[dont_unroll]] for (uint i = 0; i < 4 && triangle != FM_GPU_NONE; i++) {
         value[i] = floatBitsToUint(sqrt(triangle_distance2(triangle, texel_place(vec3(at) + vec3(i, 0, 0)))));

@@ -3,9 +3,9 @@
 #include "memory.glsl"
 #include "mesh_shared.h"
 
-// A step of jump flooding over blocks: each takes, of the points that it and its 26 neighbours at a distance know, the one nearest to
-// its middle. An invocation owns a block. Reads 16 bytes for each of 27 blocks, most of them from the cache, and writes 16. Source:
-// Rong and Tan 2006, "Jump flooding in GPU with applications to Voronoi diagram and distance transform".
+// A step of jump flooding over blocks: each takes, of the points that it and its 26 neighbours at a distance know, the one nearest
+// to its middle. An invocation owns a block. Reads 16 bytes for each of 27 blocks, most of them from the cache, and writes 16.
+// Source: Rong and Tan 2006, "Jump flooding in GPU with applications to Voronoi diagram and distance transform".
 
 layout(local_size_x = 64) in;
 

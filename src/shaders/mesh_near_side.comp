@@ -7,9 +7,9 @@
 // What near blocks do not tell. An invocation owns a block of 16^3 texels, and has mostly nothing to do but to read 4 bytes for 128
 // texels along an axis.
 //
-// No surface is near a grid: the first invocation asks on which side a texel lies. Where distances are flooded, a surface outside the
-// grid, which marks no block, may be the nearest: where all lies outside, every invocation asks for the triangle nearest to its first
-// block of 4^3, and where some does, those at the grid's faces.
+// Where no surface is near the grid, the first invocation asks on which side a texel lies. Where triangles are flooded, one outside
+// the grid, which marks no block, may be the nearest: if all lie outside, every invocation asks for the triangle nearest to its
+// first block of 4^3, and if some do, those at the grid's faces.
 
 layout(local_size_x = 64) in;
 
@@ -28,7 +28,7 @@ void main() {
     bool none = near_from(near_slices(grid), 0, grid.z) < 0;
     uvec3 coarse = uvec3(coarse_first(uint(own))) / FM_SDF_COARSE;
     bvec3 last = equal(coarse, coarse_blocks() - 1);
-    bool at_face = FAR == FAR_FLOODED && (any(last) || any(equal(coarse, uvec3(0))));
+    bool at_face = FAR != FAR_BAND && (any(last) || any(equal(coarse, uvec3(0))));
     if (!none && !(at_face && mesh_sticks_out())) {
         return;
     }
@@ -42,7 +42,7 @@ void main() {
     if (own == 0) {
         ref_u32(push.scratch + FM_NEAR_SIDE).v = is_inside(p, n) ? 1 : 0;
     }
-    if (FAR == FAR_FLOODED) {
+    if (FAR != FAR_BAND) {
         near_store_cell(grid, block, near_cell(p + n.point, n.triangle));
     }
 }

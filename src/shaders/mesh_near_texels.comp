@@ -9,13 +9,12 @@
 // together. Writes 4 bytes a texel, and 4 for its triangle; reads 4 bytes a block, what the walk visits and what signs take.
 //
 // A texel that finds nothing within its reach, which is at least a step to the next one, is on the side of the texel beside it, for
-// no surface is between the two. A block where none finds anything is near no more. Where distances are flooded all but few find
-// something, and those few take the triangle that the block will flood with.
+// no surface is between the two. A block where none finds anything is near no more. Where far
+// texels need distances too, every texel finds something.
 
 layout(local_size_x = 64) in;
 
 shared uint masks[4];  // of the 64 texels: those that found something, two words, and those of them that are inside
-shared uint chosen;    // the triangle for flooding
 
 uint64_t mask_of(uint i) {
     return uint64_t(masks[i]) | uint64_t(masks[i + 1]) << 32;
@@ -50,49 +49,24 @@ void set_mask(uint i) {
     atomicOr(masks[i + gl_LocalInvocationIndex / 32], 1u << (gl_LocalInvocationIndex & 31u));
 }
 
-void store(ivec3 at, mesh_nearest n, bool inside) {
-    ivec3 size = field_size();
-    if (any(greaterThanEqual(at, size))) {
-        return;
-    }
-    float value = sqrt(n.distance2);
-    bool within = value <= band();
-    value = FAR == FAR_BAND ? min(value, band()) : value;
-    uint64_t element = (uint64_t(at.z) * size.y + at.y) * size.x + at.x;
-    ref_u32(push.distance + element * 4).v = floatBitsToUint(inside ? -value : value);
-    if (push.triangles != 0) {
-        ref_u32(push.triangles + element * 4).v = within ? n.triangle : FM_GPU_NONE;
-    }
-}
-
 // The triangle nearest to the block's middle texel floods, or where that found none the one of another texel.
-void choose(uvec3 grid, uvec3 block, uint64_t known, vec3 p, inout mesh_nearest n) {
+void choose(uvec3 grid, uvec3 block, uint64_t known, vec3 p, mesh_nearest n) {
     const uint MIDDLE = 42;
     uint low = uint(known);
     uint first = low != 0 ? findLSB(low) : 32 + findLSB(uint(known >> 32));
-    uint owner = (known >> MIDDLE & 1) != 0 ? MIDDLE : first;
-    if (gl_LocalInvocationIndex == owner) {
-        chosen = n.triangle;
+    if (gl_LocalInvocationIndex == ((known >> MIDDLE & 1) != 0 ? MIDDLE : first)) {
         near_store_cell(grid, block, near_cell(p + n.point, n.triangle));
-    }
-    barrier();
-    if (n.triangle == FM_GPU_NONE) {
-        n.triangle = chosen;
-        n.distance2 = triangle_distance2(chosen, p);
     }
 }
 
 // Texels beyond the grid's end are looked at too: sides may come by way of them.
 void do_block(uvec3 grid, uvec3 block) {
-    ivec3 first = ivec3(block) * FM_SDF_MIDDLE;
-    ivec3 at = first + child_first(gl_LocalInvocationIndex, 1);
+    ivec3 at = ivec3(block) * FM_SDF_MIDDLE + child_first(gl_LocalInvocationIndex, 1);
     vec3 p = texel_place(vec3(at));
-    uvec2 range = packet_range();
-    vec3 middle = texel_place(vec3(first) + 0.5 * vec3(child_first(range.x, 1) + child_first(range.y, 1)));
     if (gl_LocalInvocationIndex < 4) {
         masks[gl_LocalInvocationIndex] = 0;
     }
-    mesh_nearest n = packet_nearest(push.mesh, p, near_reach() * near_reach(), middle);
+    mesh_nearest n = packet_nearest(push.mesh, p, near_reach() * near_reach(), packet_middle(block), FM_GPU_NONE);
     if (n.triangle != FM_GPU_NONE) {
         set_mask(0);
         if (SIGN == FM_SDF_PSEUDONORMAL && is_inside(p, n)) {
@@ -107,12 +81,14 @@ void do_block(uvec3 grid, uvec3 block) {
         }
         return;
     }
-    if (FAR == FAR_FLOODED) {
+    if (FAR != FAR_BAND) {
         choose(grid, block, known, p, n);
     }
     bool inside = SIGN == FM_SDF_CROSSINGS ? crossed_inside(at)
                                            : (spread(known, mask_of(2)) >> gl_LocalInvocationIndex & 1) != 0;
-    store(at, n, SIGN != FM_SDF_UNSIGNED && inside);
+    if (all(lessThan(at, field_size()))) {
+        store_texel(at, n, SIGN != FM_SDF_UNSIGNED && inside);
+    }
 }
 
 void main() {

@@ -3,18 +3,12 @@
 #include "memory.glsl"
 #include "sdf.glsl"
 
-// The upper levels of a field: blocks of EDGE^3 texels, by the exact distance of their centre. No triangle comes nearer to a block
-// than that less its radius, which tells most blocks to lie beyond the band; those left are listed, with what helps the next level:
-// the triangle that is nearest, and the node that holds everything near.
+// The upper levels of a field with winding numbers of an open mesh: blocks of EDGE^3 texels, by the exact distance of their centre.
+// No triangle comes nearer to a block than that less its radius, which tells most blocks to lie beyond the band; those left are
+// listed, with what helps the next level: the triangle that is nearest, and the node that holds everything near.
 //
 // With EDGE of 16 an invocation owns a block; of 4, a group owns a listed block of 16^3, an invocation one of its children. Moves
 // 16 bytes a block and 4 for a listed one, and what the walk visits.
-//
-// Why blocks, and no scattering from triangles: a triangle's box, thickened by a band of 3, holds 350 texels and more even if the
-// triangle is a voxel in size, each a distance to compute and an atomic minimum of 8 bytes, most of them in vain; 1.4 million
-// triangles are 490 million of those and up to 4 GB of atomics. The texels of blocks near their surface are 8 million of 512^3,
-// each a walk that begins with a bound which is nearly the answer. What must reach memory is the field itself, 4 bytes a texel; and
-// large triangles are no case of their own.
 
 layout(local_size_x = 64) in;
 
@@ -24,9 +18,6 @@ const bool COARSE = EDGE == FM_SDF_COARSE;
 // the mesh's boundary alone (Biot and Savart): at most the sum of length / (4 pi distance^2).
 bool keeps_side(vec3 p, float radius) {
     const uint SHORT_BOUNDARY = 8192;
-    if (CLOSED || SIGN != FM_SDF_WINDING) {
-        return true;
-    }
     fm_joints j = ref_joints(push.joints).v;
     if (j.open_count > SHORT_BOUNDARY) {
         return false;
@@ -53,7 +44,7 @@ void do_block(uint64_t block, ivec3 first, uint root, uint hint) {
     s.triangle = n.triangle;
     s.distance = sqrt(n.distance2);
     s.node = bvh_descend(push.mesh, root, p, (s.distance + 2 * radius) * 1.00001);
-    s.flags = SIGN != FM_SDF_UNSIGNED && is_inside(p, n) ? BLOCK_INSIDE : 0;
+    s.flags = winding_inside(p) ? BLOCK_INSIDE : 0;
     bool far = s.distance - radius > band() * 1.00001 && keeps_side(p, radius);
     if (!far) {
         s.flags |= BLOCK_NEAR;

@@ -16,10 +16,7 @@ float far_distance(ivec3 at, block_state s) {
     if (s.triangle == FM_GPU_NONE) {
         return MESH_INFINITY;
     }
-    vec3 a, b, c;
-    mesh_corners(push.mesh, s.triangle, a, b, c);
-    vec3 p = texel_place(vec3(at));
-    return sqrt(origin_nearest(a - p, b - p, c - p).distance2);
+    return sqrt(triangle_distance2(s.triangle, texel_place(vec3(at))));
 }
 
 void main() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // The tree walked by the invocations of a subgroup together, for places near each other: nodes and triangles are loaded once for
-// all, and nothing diverges but the look at triangles that only some want. Expects memory.glsl, bvh.glsl and groups of 64
+// all, and nothing diverges but the look at triangles that only some want. Expects sdf.glsl and groups of 64
 // invocations, all of which come here, whatever the size of a subgroup.
 
 #extension GL_KHR_shader_subgroup_basic : require
@@ -13,15 +13,20 @@ const float PACKET_MARGIN = 1 - 1e-6;  // so that boxes as near as the best so f
 // For each packet the nodes that wait, and how far from the packet's middle they are. All invocations of a packet write the same.
 shared uvec2 packet_waiting[PACKETS][BVH_STACK];
 
-// Where in the group the packet's first and last invocation are, if invocations are numbered along subgroups. A packet's middle may
-// be taken from this: what it is decides the time alone.
-uvec2 packet_range() {
-    return min(uvec2(gl_SubgroupID, gl_SubgroupID + 1) * gl_SubgroupSize - uvec2(0, 1), uvec2(PACKET_THREADS - 1));
+// The middle of the packet's texels of a block, if invocations are numbered along subgroups. It decides the order alone.
+vec3 packet_middle(uvec3 block) {
+    uvec2 range = min(uvec2(gl_SubgroupID, gl_SubgroupID + 1) * gl_SubgroupSize - uvec2(0, 1), uvec2(PACKET_THREADS - 1));
+    return texel_place(vec3(block * FM_SDF_MIDDLE) + 0.5 * vec3(child_first(range.x, 1) + child_first(range.y, 1)));
 }
 
 // As bvh_nearest_below, from the root. An invocation whose bound2 is negative looks for nothing. `middle` is the packet's.
-mesh_nearest packet_walk(fm_mesh_refs m, vec3 p, float bound2, vec3 middle) {
+mesh_nearest packet_walk(fm_mesh_refs m, vec3 p, float bound2, vec3 middle, uint hint) {
     mesh_nearest best = mesh_nearest(vec3(0), bound2, FM_GPU_NONE, FM_GPU_FACE);
+    if (hint != FM_GPU_NONE) {
+        vec3 a, b, c;
+        mesh_corners(m, hint, a, b, c);
+        bvh_try(p, a, b, c, hint, best);
+    }
     const uint packet = gl_SubgroupID % PACKETS;
     const float aside = distance(p, middle) * 1.000001;
     fm_address records = bvh_records(m);
@@ -60,11 +65,11 @@ mesh_nearest packet_walk(fm_mesh_refs m, vec3 p, float bound2, vec3 middle) {
 }
 
 // Ends with a barrier of the group.
-mesh_nearest packet_nearest(fm_mesh_refs m, vec3 p, float bound2, vec3 middle) {
+mesh_nearest packet_nearest(fm_mesh_refs m, vec3 p, float bound2, vec3 middle, uint hint) {
     mesh_nearest best;
     for (uint round = 0; round * PACKETS < gl_NumSubgroups; round++) {
         if (gl_SubgroupID / PACKETS == round) {
-            best = packet_walk(m, p, bound2, middle);
+            best = packet_walk(m, p, bound2, middle, hint);
         }
         barrier();
     }

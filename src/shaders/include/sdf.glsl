@@ -9,8 +9,8 @@
 
 layout(constant_id = 0) const uint SIGN = FM_SDF_UNSIGNED;
 layout(constant_id = 1) const uint FAR = 0;          // fm_far
-layout(constant_id = 2) const bool CLOSED = false;   // the mesh has no boundary: only the surface parts inside from outside
-layout(constant_id = 3) const uint EDGE = FM_SDF_COARSE;  // of near fields: which of the two arrays has the flooded cells
+// Of blocks the edge; of near fields which of the two arrays has the flooded cells.
+layout(constant_id = 2) const uint EDGE = FM_SDF_COARSE;
 
 const uint FAR_BAND = 0;
 const uint FAR_FLOODED = 1;
@@ -112,6 +112,19 @@ uint crossed_word(ivec3 at) {
 
 bool crossed_inside(ivec3 at) {
     return all(lessThan(at, field_size())) && (crossed_word(at) >> (uint(at.x) & 31u) & 1) != 0;
+}
+
+// Of a texel of the grid, whether near the surface or not: its distance with the sign and, within the band, its triangle.
+void store_texel(ivec3 at, mesh_nearest n, bool inside) {
+    ivec3 size = field_size();
+    float value = sqrt(n.distance2);
+    bool within = value <= band();
+    value = FAR == FAR_BAND ? min(value, band()) : value;
+    uint64_t element = (uint64_t(at.z) * size.y + at.y) * size.x + at.x;
+    ref_u32(push.distance + element * 4).v = floatBitsToUint(inside ? -value : value);
+    if (push.triangles != 0) {
+        ref_u32(push.triangles + element * 4).v = within ? n.triangle : FM_GPU_NONE;
+    }
 }
 
 // n was found at p, its point is an offset.

@@ -49,6 +49,12 @@ void near_store_cell(uvec3 grid, uvec3 block, near_cell cell) {
     ref_u32x4(near_cells(grid, 0) + number * FM_NEAR_CELL_BYTES).v = uvec4(floatBitsToUint(cell.point), cell.triangle);
 }
 
+// The triangle that was flooded to a block, FM_GPU_NONE of an empty mesh.
+uint near_flooded(uvec3 grid, uvec3 block) {
+    uint64_t number = (uint64_t(block.z) * grid.y + block.y) * grid.x + block.x;
+    return ref_u32(near_cells(grid, EDGE) + number * FM_NEAR_CELL_BYTES + 12).v;
+}
+
 float near_reach() {
     return uintBitsToFloat(ref_u32(push.scratch + FM_NEAR_REACH).v);
 }
