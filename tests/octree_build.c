@@ -183,9 +183,64 @@ static void test_shapes(fm_context *context) {
         build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 33, .code = FM_OCTREE_OCTAHEDRAL, .top_bytes = 4});
         build_and_check(context, &meshes[i],
                         &(fm_octree_desc){.size = 20, .method = FM_OCTREE_GROWN, .top_bytes = 256, .threshold = -1});
-        build_and_check(context, &meshes[i], &(fm_octree_desc){.kind = FM_OCTREE_DISTANCE, .size = 21});
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.kind = FM_OCTREE_DISTANCE, .size = 21, .share = i % 2});
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 25, .code = FM_OCTREE_OCTAHEDRAL, .share = true});
         scene_mesh_free(&meshes[i].mesh);
     }
+}
+
+// Parts that repeat by whole cells are kept once, as are the cells along a wall; and nothing else changes.
+static void test_share(fm_context *context) {
+    enum { PARTS = 27 };
+    scene_mesh part = scene_mesh_sphere(6, 9, (const float[3]){8, 8, 8}, 5);
+    const uint64_t vertices = part.vertex_count * PARTS, triangles = part.triangle_count * PARTS;
+    scene_mesh all = {calloc(vertices, sizeof *all.vertices), calloc(triangles, sizeof *all.triangles), vertices, triangles};
+    for (uint64_t i = 0; i < vertices; i++) {
+        const uint32_t at[3] = {(uint32_t)(i / part.vertex_count % 3), (uint32_t)(i / part.vertex_count / 3 % 3),
+                                (uint32_t)(i / part.vertex_count / 9)};
+        for (int axis = 0; axis < 3; axis++) {
+            // Multiples of 2^-16, so that what repeats repeats exactly.
+            const float place = roundf(part.vertices[i % part.vertex_count][axis] * 65536) / 65536;
+            all.vertices[i][axis] = place + 16.0f * (float)at[axis];
+        }
+    }
+    for (uint64_t i = 0; i < triangles; i++) {
+        for (int corner = 0; corner < 3; corner++) {
+            all.triangles[i][corner] =
+                part.triangles[i % part.triangle_count][corner] + (uint32_t)(i / part.triangle_count * part.vertex_count);
+        }
+    }
+    const fm_mesh_desc what = scene_mesh_describe(&all);
+    fm_octree_desc desc = {.size = 48, .high = {48, 48, 48}, .code = FM_OCTREE_OCTAHEDRAL};
+    fm_mesh *mesh = NULL;
+    fm_octree *whole = NULL, *shared = NULL;
+    CHECK_OK(fm_mesh_create(context, &what, &mesh));
+    CHECK_OK(fm_octree_build_mesh(mesh, &desc, &whole));
+    desc.share = true;
+    CHECK_OK(fm_octree_build_mesh(mesh, &desc, &shared));
+    if (whole && shared) {
+        const fm_octree_info *a = &whole->info, *b = &shared->info;
+        printf("%d equal parts: %llu and %llu bytes\n", PARTS, (unsigned long long)(a->node_bytes + a->leaf_bytes),
+               (unsigned long long)(b->node_bytes + b->leaf_bytes));
+        CHECK(b->unshared_bytes == a->node_bytes + a->leaf_bytes);
+        CHECK((b->node_bytes + b->leaf_bytes) * 12 < a->node_bytes + a->leaf_bytes);
+        uint64_t seed = 1;
+        for (int i = 0; i < 20000; i++) {
+            const double at[3] = {48 * tree_uniform(&seed), 48 * tree_uniform(&seed), 48 * tree_uniform(&seed)};
+            const tree_node left = tree_find(whole, at), right = tree_find(shared, at);
+            CHECK(left.level == right.level && tree_is_empty(&left) == tree_is_empty(&right));
+            for (uint32_t corner = 0; corner < 8 && !tree_is_empty(&left); corner++) {
+                CHECK(((const uint32_t *)whole->values.data)[tree_value(&left, corner)] ==
+                      ((const uint32_t *)shared->values.data)[tree_value(&right, corner)]);
+            }
+            CHECK(!tree_is_empty(&left) || tree_bound(whole, &left) >= tree_bound(shared, &right));
+        }
+    }
+    fm_octree_destroy(whole);
+    fm_octree_destroy(shared);
+    fm_mesh_destroy(mesh);
+    scene_mesh_free(&part);
+    scene_mesh_free(&all);
 }
 
 static void test_bad(fm_context *context) {
@@ -225,6 +280,7 @@ int main(void) {
         return check_summary();
     }
     test_shapes(context);
+    test_share(context);
     test_bad(context);
     fm_context_destroy(context);
     return check_summary();

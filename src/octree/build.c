@@ -152,6 +152,10 @@ static fm_result run_build(fm_octree_build *build) {
     fm_octree_counted(build->octree);
     fm_octree_info *info = &build->octree->info;
     info->unshared_bytes = info->node_bytes + info->leaf_bytes + info->attribute_bytes;
+    if (build->desc->share) {
+        FM_TRY(fm_octree_share(build->octree));
+        fm_octree_counted(build->octree);
+    }
     return FM_OK;
 }
 

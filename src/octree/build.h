@@ -144,6 +144,8 @@ fm_result fm_octree_fields_wind(fm_octree_build *build);
 void fm_octree_merge(fm_octree_build *build);
 // leaves.c: their values, and the words of the chunk's nodes.
 fm_result fm_octree_chunk_emit(fm_octree_build *build, uint64_t chunk);
+// share.c: of an octree that is whole. On failure it is of no use.
+fm_result fm_octree_share(fm_octree *octree);
 // build.c
 fm_result fm_octree_box_of(fm_mesh *mesh, const fm_octree_desc *desc, double low[3], double high[3]);
 fm_result fm_octree_given_box(const fm_octree_desc *desc, double low[3], double high[3]);

@@ -7,7 +7,11 @@
 
 uint32_t fm_octree_bound_word(const fm_octree_build *build, float bound) {
     // Less what rounding may have added.
-    const double cells = fmax(0, (double)bound * (1 - 1e-6) - 1e-4);
+    double cells = fmax(0, (double)bound * (1 - 1e-6) - 1e-4);
+    if (build->desc->share && cells > 0) {
+        // Few different ones, or no two subtrees would be alike.
+        cells = exp2(floor(2 * log2(cells)) / 2);
+    }
     return fm_octree_empty_word(cells * build->cell, (double)build->octree->head.cutoff);
 }
 
