@@ -58,16 +58,17 @@ typedef struct fm_octree_render_desc {
     fm_octree_picture_view view;
     fm_octree *octree;
     fm_octree_stream *stream;  // not NULL: takes the place of `octree`
-    float epsilon;             // as fm_octree_cast
+    float epsilon;             // as fm_octree_cast, at most 8 in size; of a stream's parts in their own cells
     float sun[3];              // towards the sun; all 0: that of fm_render_desc
     bool shadow;               // a ray to the sun from each place that is seen
     float reflection;          // 0 to 1: part of the light that comes by a reflected ray
-    float refraction;          // 0: opaque; above 1: refractive index of the surface's inside, which is clear
-    bool count;                // gather the statistics
+    float refraction;          // 0: opaque; above 1 to 8: refractive index of the surface's inside, which is clear
+    bool count;                // gather the statistics, which costs memory and a little time
 } fm_octree_render_desc;
 
 typedef struct fm_octree_render_stats {
-    uint64_t rays, hits, reads, most_reads;  // primary
+    uint64_t rays, hits, reads, most_reads;  // primary; a read is that of a node or of a leaf's values
+    uint64_t beam_reads;                     // for all rays of 8 x 8 pixels together, before these begin
     uint64_t second_rays, second_reads;      // to the sun, reflected and refracted
 } fm_octree_render_stats;
 
@@ -76,7 +77,11 @@ typedef struct fm_octree_renderer fm_octree_renderer;
 
 FM_API fm_result fm_octree_renderer_create(fm_context *context, fm_octree_renderer **renderer);
 FM_API void fm_octree_renderer_destroy(fm_octree_renderer *renderer);
-// Asynchronous on Vulkan, complete at `ticket` (NULL: waits). Passes: "primary", "second" where there are secondary rays.
+// Asynchronous on Vulkan, complete at `ticket` (NULL: waits). Passes: "beams" where the kind has bounds for them (CLOSEST,
+// DISTANCE, VOXELS), "primary", "second" where there are secondary rays. Of a clear surface reflection and refraction follow from
+// the angle (Fresnel); its rays are followed through both interfaces, and their colour is that of the sky or of what is lit behind.
+// Errors: FM_ERROR_INVALID_ARGUMENT for NULL, numbers out of range, an octree of another context; FM_ERROR_OUT_OF_HOST_MEMORY,
+// FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
 FM_API fm_result fm_octree_render(fm_octree_renderer *renderer, const fm_octree_render_desc *desc, fm_ticket *ticket);
 // Each waits for the newest picture: RGBA of 8 bits (sRGB, opaque), top row first; or of each pixel what its ray hit.
 FM_API fm_result fm_octree_renderer_read(fm_octree_renderer *renderer, uint8_t *pixels);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/deferred.h"
+#include "render/octree_picture.h"
 #include "render/render.h"
 
 static fm_result unsupported(void) {
@@ -75,5 +76,34 @@ fm_result fm_gpu_deferred_surfaces(fm_deferred *deferred, fm_defer_surface *surf
 
 fm_result fm_gpu_deferred_lights(fm_deferred *deferred, float *light) {
     (void)deferred, (void)light;
+    return unsupported();
+}
+
+fm_result fm_gpu_octree_picture_create(fm_octree_renderer *renderer) {
+    (void)renderer;
+    return unsupported();
+}
+
+void fm_gpu_octree_picture_destroy(fm_octree_renderer *renderer) {
+    (void)renderer;
+}
+
+fm_result fm_gpu_octree_picture(fm_octree_renderer *renderer, fm_octree_picture *picture, fm_ticket *ticket) {
+    (void)renderer, (void)picture, (void)ticket;
+    return unsupported();
+}
+
+fm_result fm_gpu_octree_picture_read(fm_octree_renderer *renderer, uint8_t *pixels) {
+    (void)renderer, (void)pixels;
+    return unsupported();
+}
+
+void fm_gpu_octree_picture_describe(const fm_octree_renderer *renderer, fm_volume_buffer *buffer) {
+    (void)renderer, (void)buffer;
+}
+
+fm_result fm_gpu_octree_picture_words(fm_octree_renderer *renderer, fm_octree_pixel *pixels, uint32_t (*seconds)[2],
+                                      uint32_t (*beams)[2]) {
+    (void)renderer, (void)pixels, (void)seconds, (void)beams;
     return unsupported();
 }

@@ -91,12 +91,6 @@ FM_PUSH_STRUCT(fm_lit) {
     fm_float share;  // of the first light; below 0: no surface
 };
 
-FM_RULE fm_v3 fm_heat(fm_float value) {
-    fm_float v = FM_MIN(FM_MAX(value, 0.0f), 1.0f);
-    fm_v3 cold = fm_v3_of(0.02f, 0.03f, 0.15f), warm = fm_v3_of(0.80f, 0.25f, 0.10f), hot = fm_v3_of(1.0f, 0.95f, 0.55f);
-    return v < 0.5f ? fm_blend(cold, warm, 2 * v) : fm_blend(warm, hot, 2 * v - 1);
-}
-
 FM_RULE fm_lit fm_lit_of(fm_v3 color, fm_float share) {
     fm_lit lit;
     lit.color[0] = color.x;
@@ -126,8 +120,7 @@ FM_RULE fm_lit fm_light_pixel(FM_SCENE, fm_int x, fm_int y, fm_defer_surface s, 
         }
     }
     if (view == FM_GPU_DEFERRED_NORMAL) {
-        fm_v3 half_way = fm_add(fm_times(normal, 0.45f), fm_v3_of(0.5f, 0.5f, 0.5f));
-        color = fm_v3_of(half_way.x * half_way.x, half_way.y * half_way.y, half_way.z * half_way.z);
+        color = fm_normal_light(normal);
     } else if (view == FM_GPU_DEFERRED_STEPS) {
         color = fm_heat(FM_F(reads) * (1.0f / 96));
     } else if (view == FM_GPU_DEFERRED_SHARE) {
@@ -199,11 +192,6 @@ FM_RULE fm_v3 fm_resolved(FM_SCENE, fm_int x, fm_int y, fm_defer_surface s) {
     fm_v3 kept = fm_v3_of(FM_MIN(FM_MAX(past.color[0], low.x), high.x), FM_MIN(FM_MAX(past.color[1], low.y), high.y),
                           FM_MIN(FM_MAX(past.color[2], low.z), high.z));
     return fm_blend(now, kept, FM_HISTORY_PART);
-}
-
-FM_RULE fm_uint fm_pixel_bytes(fm_v3 light) {
-    return FM_U(fm_shown(light.x) * 255 + 0.5f) | FM_U(fm_shown(light.y) * 255 + 0.5f) << 8 |
-           FM_U(fm_shown(light.z) * 255 + 0.5f) << 16 | 0xff000000u;
 }
 
 // ---------------------------------------------------------------------------------------------------------------------------

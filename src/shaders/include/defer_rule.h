@@ -7,6 +7,7 @@
 
 #include "cubic_rule.h"
 #include "defer_shared.h"
+#include "light_rule.h"
 
 #ifdef __STDC__
 #define FM_SCENE const fm_defer_scene *scene
@@ -335,34 +336,14 @@ FM_RULE fm_float fm_map_share(FM_SCENE, fm_v3 at) {
 // Light and colour
 // ---------------------------------------------------------------------------------------------------------------------------
 
-FM_RULE fm_v3 fm_blend(fm_v3 a, fm_v3 b, fm_float part) {
-    return fm_add(fm_times(a, 1 - part), fm_times(b, part));
-}
-
-FM_RULE fm_v3 fm_open_sky(fm_v3 way) {
-    fm_float up = FM_MAX(fm_unit(way).z, 0.0f);
-    return fm_blend(fm_v3_of(FM_SKY_LEVEL), fm_v3_of(FM_SKY_ABOVE), FM_SQRT(up));
-}
-
 FM_RULE fm_v3 fm_clay_ambient(fm_v3 normal) {
-    fm_v3 light = fm_blend(fm_v3_of(FM_AMBIENT_BELOW), fm_v3_of(FM_AMBIENT_ABOVE), 0.5f + 0.5f * normal.z);
-    fm_v3 clay = fm_v3_of(FM_CLAY);
-    return fm_v3_of(light.x * clay.x, light.y * clay.y, light.z * clay.z);
+    return fm_tint(fm_ambient_light(normal), fm_v3_of(FM_CLAY));
 }
 
 // Clay in a light of which `part` = share times the cosine arrives.
 FM_RULE fm_v3 fm_clay_lit(fm_defer_light light, fm_float part) {
     fm_v3 clay = fm_v3_of(FM_CLAY);
     return fm_v3_of(clay.x * light.color[0] * part, clay.y * light.color[1] * part, clay.z * light.color[2] * part);
-}
-
-FM_RULE fm_float fm_shown(fm_float light) {
-    fm_float v = FM_MIN(FM_MAX(light, 0.0f), 1.0f);
-#ifdef __STDC__
-    return v <= 0.0031308f ? 12.92f * v : 1.055f * powf(v, 1 / 2.4f) - 0.055f;
-#else
-    return v <= 0.0031308f ? 12.92f * v : 1.055f * pow(v, 1 / 2.4f) - 0.055f;
-#endif
 }
 
 #endif

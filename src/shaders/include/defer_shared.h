@@ -40,12 +40,6 @@
 
 #define FM_HISTORY_PART 0.9f  // of what was before, in a blended picture
 
-#define FM_CLAY 0.72f, 0.66f, 0.60f
-#define FM_AMBIENT_ABOVE 0.22f, 0.26f, 0.32f
-#define FM_AMBIENT_BELOW 0.10f, 0.09f, 0.08f
-#define FM_SKY_ABOVE 0.28f, 0.42f, 0.66f
-#define FM_SKY_LEVEL 0.80f, 0.84f, 0.88f
-
 FM_PUSH_STRUCT(fm_defer_light) {
     fm_int kind;
     fm_float way[3];  // DIRECTIONAL: of length 1
