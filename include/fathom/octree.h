@@ -62,7 +62,7 @@ typedef struct fm_octree_desc {
     uint32_t rounds;          // GROWN, 0: enough for every corner that is needed
     fm_octree_code code;      // CLOSEST
     float threshold;          // how far, in finest cells, interpolated values may be off where eight leaves become one; 0: 0.05;
-                              // below 0: none do
+                              // below 0: none do. CONTOURS: below 0 without contours
     bool share;               // CLOSEST, DISTANCE: identical subtrees and leaves are kept once
     uint64_t top_bytes;       // of the top grid at most; 0: 1 MiB
     fm_sign sign;             // DISTANCE, BRICKS
@@ -112,8 +112,12 @@ FM_API void fm_octree_describe(const fm_octree *octree, fm_octree_info *info);
 // FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
 FM_API fm_result fm_octree_build_mesh(fm_mesh *mesh, const fm_octree_desc *desc, fm_octree **octree);
 
-// Builds one from triangles that come piece by piece, so that the mesh need not fit into memory: they are sorted into the top
-// grid's cells, on disk when they are many. The box must be given; FM_OCTREE_CLOSEST by FM_OCTREE_GROWN only.
+// Builds one from triangles that come piece by piece, so that the mesh need not fit into memory: each is kept for every chunk of 128^3
+// cells that it comes near to, in memory as far as `host_bytes` go and else on disk. The result equals, bit for bit, that of
+// fm_octree_build_mesh with all triangles, the same box and method. The box must be given; FM_OCTREE_CLOSEST, and FM_OCTREE_DISTANCE
+// with FM_SIGN_NONE. Errors: as fm_octree_build_mesh; FM_ERROR_UNSUPPORTED for other kinds and signs; FM_ERROR_IO when the disk
+// refuses. A builder that failed while adding or finishing, or has finished, is only to be destroyed. Same thread rule as its
+// context.
 typedef struct fm_octree_builder fm_octree_builder;
 
 FM_API fm_result fm_octree_builder_create(fm_context *context, const fm_octree_desc *desc, fm_octree_builder **builder);

@@ -62,7 +62,8 @@ fm_result fm_octree_box_of(fm_mesh *mesh, const fm_octree_desc *desc, double low
 
 // --- Builds of leaves with values ---
 
-static fm_result begin_build(fm_octree_build *build) {
+fm_result fm_octree_build_begin(fm_octree_build *build, const double low[3], const double high[3]) {
+    FM_TRY(fm_octree_new(build->context, build->desc, low, high, &build->octree));
     const fm_octree_info *info = &build->octree->info;
     const fm_allocator *allocator = &build->context->allocator;
     build->chunk_count = 1;
@@ -92,19 +93,20 @@ static fm_result begin_build(fm_octree_build *build) {
     return fm_octree_far_make(build);
 }
 
-static void end_build(fm_octree_build *build) {
+void fm_octree_build_end(fm_octree_build *build) {
     const fm_allocator *allocator = &build->context->allocator;
     fm_octree_far_free(build);
     fm_octree_chunk_free(build);
     fm_octree_growth_free(build);
     fm_octree_soup_free(build, &build->soup);
-    if (build->octree) {
-        fm_octree_array_free(build->octree, &build->roots);
-    }
     fm_free(allocator, build->slots, build->chunk_count * sizeof *build->slots);
     fm_free(allocator, build->errors, (uint64_t)fm_pool_threads(build->context->pool) * FM_ERROR_BINS * sizeof *build->errors);
     fm_free(allocator, build->listed, build->first ? build->first[build->chunk_count] * sizeof *build->listed : 0);
     fm_free(allocator, build->first, (build->chunk_count + 1) * sizeof *build->first);
+    if (build->octree) {
+        fm_octree_array_free(build->octree, &build->roots);
+        fm_octree_destroy(build->octree);
+    }
 }
 
 static fm_result build_chunk(fm_octree_build *build, uint64_t chunk) {
@@ -140,7 +142,7 @@ static void tell_errors(fm_octree_build *build) {
     }
 }
 
-static fm_result run_build(fm_octree_build *build) {
+fm_result fm_octree_build_run(fm_octree_build *build) {
     FM_TRY(fm_octree_far_finish(build));
     FM_TRY(fm_octree_chunk_make(build));
     for (uint64_t chunk = 0; chunk < build->chunk_count; chunk++) {
@@ -148,6 +150,7 @@ static fm_result run_build(fm_octree_build *build) {
     }
     fm_octree_chunk_free(build);
     FM_TRY(fm_octree_join(build));
+    fm_octree_array_free(build->octree, &build->roots);
     tell_errors(build);
     fm_octree_counted(build->octree);
     fm_octree_info *info = &build->octree->info;
@@ -166,17 +169,15 @@ static fm_result build_leaves(fm_mesh *mesh, const fm_octree_desc *desc, const d
     if (build.sign == FM_SIGN_PSEUDONORMAL) {
         FM_TRY(fm_pseudonormals_prepare(mesh));
     }
-    FM_TRY(fm_octree_new(mesh->context, desc, low, high, &build.octree));
-    fm_result result = begin_build(&build);
+    fm_result result = fm_octree_build_begin(&build, low, high);
     result = result == FM_OK ? fm_octree_sort_mesh(&build) : result;
-    result = result == FM_OK ? run_build(&build) : result;
-    end_build(&build);
-    if (result != FM_OK) {
-        fm_octree_destroy(build.octree);
-        return result;
+    result = result == FM_OK ? fm_octree_build_run(&build) : result;
+    if (result == FM_OK) {
+        *octree = build.octree;
+        build.octree = NULL;
     }
-    *octree = build.octree;
-    return FM_OK;
+    fm_octree_build_end(&build);
+    return result;
 }
 
 // --- The call ---

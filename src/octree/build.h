@@ -90,7 +90,8 @@ struct fm_octree_build {
     double margin;  // triangles farther from a chunk do not count for it
     fm_octree_far far;
 
-    // The triangles of a chunk.
+    // The triangles of a chunk; chunks are asked for in rising order.
+    void *user;
     fm_result (*soup_of)(fm_octree_build *build, uint64_t chunk, fm_octree_soup *soup);
     fm_octree_soup soup;
     // Of a mesh in memory: the triangles of each chunk, in rising order.
@@ -146,7 +147,11 @@ void fm_octree_merge(fm_octree_build *build);
 fm_result fm_octree_chunk_emit(fm_octree_build *build, uint64_t chunk);
 // share.c: of an octree that is whole. On failure it is of no use.
 fm_result fm_octree_share(fm_octree *octree);
-// build.c
+// build.c: a build is begun, told of all triangles (their chunks and fm_octree_far_mark), and run. What is begun must be ended,
+// which destroys the octree unless it was taken out.
+fm_result fm_octree_build_begin(fm_octree_build *build, const double low[3], const double high[3]);
+fm_result fm_octree_build_run(fm_octree_build *build);
+void fm_octree_build_end(fm_octree_build *build);
 fm_result fm_octree_box_of(fm_mesh *mesh, const fm_octree_desc *desc, double low[3], double high[3]);
 fm_result fm_octree_given_box(const fm_octree_desc *desc, double low[3], double high[3]);
 // join.c: the words above the chunks'.
