@@ -46,7 +46,8 @@ static void check_hits(const grid *g, const fm_octree *octree, const fm_mesh_ray
     CHECK(doubtful <= 1 + count / 100);
 }
 
-static void check_rays(const grid *g, fm_octree *octree, int most, uint64_t seed) {
+// The reads of all rays.
+static uint64_t check_rays(const grid *g, fm_octree *octree, int most, uint64_t seed) {
     static fm_mesh_ray rays[MOST_RAYS];
     static fm_octree_hit hits[MOST_RAYS];
     const bool air = grid_air((void *)g, &(fm_box){{0}, {g->shape[0], g->shape[1], g->shape[2]}});
@@ -56,14 +57,17 @@ static void check_rays(const grid *g, fm_octree *octree, int most, uint64_t seed
         grid_ray(g, &seed, rays[i].origin, rays[i].direction);
     }
     if (!CHECK_OK(fm_octree_cast(octree, rays, (uint32_t)count, 0, hits))) {
-        return;
+        return 0;
     }
     check_hits(g, octree, rays, hits, count);
     int met = 0;
+    uint64_t reads = 0;
     for (int i = 0; i < count; i++) {
         met += !isinf(hits[i].t);
+        reads += hits[i].reads;
     }
     CHECK(met > 0 || count < 100 || air);
+    return reads;
 }
 
 static void check_all(grid *g, uint64_t top_bytes, int rays, uint64_t seed) {
@@ -109,7 +113,7 @@ static void check_walls(void) {
     grid g = grid_new(80, 72, 64);
     for (uint32_t i = 0; i < 64; i++) {
         for (uint32_t j = 0; j < 64; j++) {
-            *grid_at(&g, i, j, 63 - (i + j) / 2) = 1 + (i + j) % 7;  // a diagonal wall without holes
+            *grid_at(&g, i, j, 33) = 1 + (i + j) % 2;
         }
     }
     check_all(&g, 64, 1000, 5);
@@ -118,6 +122,30 @@ static void check_walls(void) {
         *grid_at(&g, corner & 1 ? 79 : 0, corner & 2 ? 71 : 0, corner & 4 ? 63 : 0) = 1 + (uint32_t)corner;
     }
     check_all(&g, 64, 1000, 6);
+    free(g.voxels);
+}
+
+// Planes that cut cells change what rays read and not what they meet.
+static void check_contours(void) {
+    grid g = grid_new(100, 90, 64);
+    for (uint32_t i = 0; i < 100; i++) {
+        for (uint32_t j = 0; j < 90; j++) {
+            *grid_at(&g, i, j, 33) = 1 + (i + j) % 2;
+        }
+    }
+    const fm_voxel_source source = grid_source(&g, false);
+    uint64_t reads[2] = {0}, bytes[2] = {0};
+    for (int without = 0; without < 2; without++) {
+        const fm_octree_desc desc = {.kind = FM_OCTREE_CONTOURS, .threshold = without ? -1 : 0, .top_bytes = 64};
+        fm_octree *octree = NULL;
+        if (!CHECK_OK(fm_octree_build_voxels(context, &source, &desc, &octree))) {
+            break;
+        }
+        reads[without] = check_rays(&g, octree, MOST_RAYS, 3);
+        bytes[without] = octree->info.node_bytes;
+        fm_octree_destroy(octree);
+    }
+    CHECK(reads[0] < reads[1] && bytes[0] > bytes[1]);
     free(g.voxels);
 }
 
@@ -189,6 +217,7 @@ int main(int count, char **arguments) {
     check_sizes();
     check_shapes();
     check_walls();
+    check_contours();
     check_counts();
     check_arguments();
     if (!device) {

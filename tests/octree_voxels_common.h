@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const fm_octree_kind grid_kinds[] = {FM_OCTREE_VOXELS, FM_OCTREE_DAG, FM_OCTREE_TREE64};
+static const fm_octree_kind grid_kinds[] = {FM_OCTREE_VOXELS, FM_OCTREE_CONTOURS, FM_OCTREE_DAG, FM_OCTREE_TREE64};
 enum { GRID_KINDS = sizeof grid_kinds / sizeof *grid_kinds };
 
 typedef struct grid {

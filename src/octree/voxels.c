@@ -11,6 +11,8 @@ const fm_voxel_kind *fm_voxel_kind_of(fm_octree_kind kind) {
     switch (kind) {
     case FM_OCTREE_VOXELS:
         return &fm_kind_voxels;
+    case FM_OCTREE_CONTOURS:
+        return &fm_kind_contours;
     case FM_OCTREE_DAG:
         return &fm_kind_dag;
     case FM_OCTREE_TREE64:

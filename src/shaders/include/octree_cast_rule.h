@@ -6,6 +6,7 @@
 // constants, so that it is compiled for one kind.
 
 #include "octree_closest_rule.h"
+#include "octree_contours_rule.h"
 #include "octree_dag_rule.h"
 #include "octree_distance_rule.h"
 #include "octree_tree64_rule.h"
@@ -22,6 +23,9 @@ FM_RULE fm_octree_met fm_cast_octree(fm_octree_head head, fm_v3 origin, fm_v3 wa
     }
     if (head.kind == FM_GPU_VOXELS) {
         return fm_cast_voxels(head, origin, way, first, last);
+    }
+    if (head.kind == FM_GPU_CONTOURS) {
+        return fm_cast_contours(head, origin, way, first, last);
     }
     if (head.kind == FM_GPU_DAG) {
         return fm_cast_dag(head, origin, way, first, last);

@@ -15,7 +15,15 @@
 #ifdef __STDC__
 #define FM_HIGHEST(x) (31 - __builtin_clz(x))
 #define FM_ONES(x) ((fm_uint)__builtin_popcount(x))
+typedef union fm_walk_number {
+    float real;
+    uint32_t bits;
+} fm_walk_number;
+#define FM_BITS_OF(x) (((fm_walk_number){.real = (x)}).bits)
+#define FM_REAL_OF(x) (((fm_walk_number){.bits = (x)}).real)
 #else
+#define FM_BITS_OF(x) floatBitsToUint(x)
+#define FM_REAL_OF(x) uintBitsToFloat(x)
 #define FM_HIGHEST(x) findMSB(x)
 #define FM_ONES(x) uint(bitCount(x))
 #endif

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: MIT
+// Nodes of CONTOURS: see shaders/include/octree_contours_rule.h. A cell's contour holds what is left of its children by theirs. Of
+// the axes, the diagonals, and the mean of the children's normals the direction is taken along which least of the cell is left.
+
+#include "octree/voxel_contours.h"
+#include "octree/voxels.h"
+#include "shaders/include/octree_contours_rule.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { MOST_NEAR = (1 << 15) - 1, MOST_LIST = (1 << 24) - 1, DIRECTIONS = 14 };
+
+// A contour is kept, so that those around it are the tighter, while it leaves less than all of a cell. It is written, so that rays
+// read it, where it leaves this much of a node; of a voxel it is its shape.
+static const double kept = 0.9, written = 0.25;
+
+static uint32_t branch_of(uint32_t level) {
+    (void)level;
+    return 1;
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// Contours
+// ---------------------------------------------------------------------------------------------------------------------------
+
+uint32_t fm_contour_hull(uint32_t contour, double points[FM_HULL_POINTS][3]) {
+    double n[3], product[8];
+    for (int i = 0; i < 3; i++) {
+        n[i] = contour ? fm_contour_normal(contour, i) / 31.0 : 0;
+    }
+    const double middle = contour ? (double)fm_contour_position(contour) : 0;
+    const double half = contour ? (double)fm_contour_thickness(contour) : 1;
+    uint32_t count = 0;
+    for (int c = 0; c < 8; c++) {
+        const double q[3] = {c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1};
+        product[c] = n[0] * q[0] + n[1] * q[1] + n[2] * q[2] - middle;
+        if (fabs(product[c]) <= half) {
+            memcpy(points[count++], q, sizeof q);
+        }
+    }
+    for (int edge = 0; edge < 12; edge++) {
+        const int axis = edge / 4, u = edge & 1, v = edge >> 1 & 1;
+        const int a = u << (axis + 1) % 3 | v << (axis + 2) % 3, b = a | 1 << axis;
+        for (int side = -1; side <= 1; side += 2) {
+            const double from = product[a] - side * half, to = product[b] - side * half;
+            if ((from < 0) != (to < 0) && count < FM_HULL_POINTS) {
+                points[count][axis] = -1 + 2 * from / (from - to);
+                points[count][(axis + 1) % 3] = u ? 1 : -1;
+                points[count++][(axis + 2) % 3] = v ? 1 : -1;
+            }
+        }
+    }
+    return count;
+}
+
+uint32_t fm_contour_of(const double normal[3], const double (*points)[3], uint32_t count, double most, double *extent) {
+    const double longest = fmax(fabs(normal[0]), fmax(fabs(normal[1]), fabs(normal[2])));
+    int n[3];
+    double sum = 0, low = INFINITY, high = -INFINITY;
+    for (int i = 0; i < 3; i++) {
+        n[i] = longest > 0 ? (int)lrint(normal[i] / longest * 31) : 0;
+        sum += abs(n[i]) / 31.0;
+    }
+    for (uint32_t k = 0; k < count; k++) {
+        const double at = (n[0] * points[k][0] + n[1] * points[k][1] + n[2] * points[k][2]) / 31.0;
+        low = fmin(low, at);
+        high = fmax(high, at);
+    }
+    const double left = (high - low) / (2 * sum);
+    if (extent) {
+        *extent = left;
+    }
+    if (!(left <= most)) {
+        return 0;
+    }
+    const double step = (double)FM_CONTOUR_STEP;
+    const int position = (int)fmin(63, fmax(-64, rint((low + high) / 2 / (2 * step))));
+    const double middle = position * 2 * step;
+    const int thickness = (int)ceil(fmax(high - middle, middle - low) / step + 1e-6);
+    return (uint32_t)(thickness < 127 ? thickness : 127) | (uint32_t)(position + 64) << 7 | (uint32_t)(n[0] + 32) << 14 |
+           (uint32_t)(n[1] + 32) << 20 | (uint32_t)(n[2] + 32) << 26;
+}
+
+static bool is_written(const fm_voxel_ref *cell) {
+    double sum = 0;
+    for (int i = 0; i < 3; i++) {
+        sum += abs(fm_contour_normal(cell->contour, i)) / 31.0;
+    }
+    return cell->contour && (cell->type == FM_REF_SOLID || (double)fm_contour_thickness(cell->contour) <= written * sum);
+}
+
+// What children leave of their cell, in the cell's coordinates, and the mean of their normals.
+static uint32_t points_of(const fm_voxel_ref *children, double (*points)[3], double normal[3]) {
+    uint32_t count = 0;
+    for (int c = 0; c < 8; c++) {
+        if (children[c].type == FM_REF_EMPTY) {
+            continue;
+        }
+        const uint32_t added = fm_contour_hull(children[c].contour, points + count);
+        for (uint32_t k = 0; k < added; k++, count++) {
+            for (int i = 0; i < 3; i++) {
+                points[count][i] = 0.5 * (points[count][i] + (c >> i & 1 ? 1 : -1));
+            }
+        }
+        if (children[c].contour) {
+            double n[3], along = 0;
+            for (int i = 0; i < 3; i++) {
+                n[i] = fm_contour_normal(children[c].contour, i);
+                along += n[i] * normal[i];
+            }
+            for (int i = 0; i < 3; i++) {
+                normal[i] += along < 0 ? -n[i] : n[i];
+            }
+        }
+    }
+    return count;
+}
+
+static uint32_t contour_around(const fm_voxel_ref *children) {
+    static const double directions[DIRECTIONS - 1][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1}, {1, 1, 0},  {1, -1, 0},
+                                                         {1, 0, 1},  {1, 0, -1}, {0, 1, 1}, {0, 1, -1}, {1, 1, 1},
+                                                         {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}};
+    double points[8 * FM_HULL_POINTS][3], normal[3] = {0}, least = kept;
+    bool full = true;
+    for (int c = 0; c < 8; c++) {
+        full = full && children[c].type != FM_REF_EMPTY && !children[c].contour;
+    }
+    if (full) {
+        return 0;
+    }
+    const uint32_t count = points_of(children, points, normal);
+    uint32_t best = 0;
+    for (int d = 0; d < DIRECTIONS; d++) {
+        const double *along = d < DIRECTIONS - 1 ? directions[d] : normal;
+        double extent;
+        if (d == DIRECTIONS - 1 && normal[0] == 0 && normal[1] == 0 && normal[2] == 0) {
+            continue;
+        }
+        const uint32_t contour = fm_contour_of(along, (const double(*)[3])points, count, least, &extent);
+        best = contour ? contour : best;
+        least = contour ? extent : least;
+    }
+    return best;
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// Nodes. Of a reference to one, w[0] is where its children's descriptors begin, w[1] the two bytes of its children, w[2] where its
+// list is, w[3] the byte of contours.
+// ---------------------------------------------------------------------------------------------------------------------------
+
+static uint32_t list_length(const fm_voxel_ref *node) {
+    return 1 + (uint32_t)__builtin_popcount(node->w[3]);
+}
+
+static fm_result numbers_of(fm_voxel_trees *trees, const fm_voxel_ref *children, uint32_t *base) {
+    uint32_t count = 0, number = 0;
+    bool same = true;
+    for (int i = 0; i < 8; i++) {
+        if (children[i].type == FM_REF_SOLID) {
+            same = same && (count == 0 || children[i].w[0] == number);
+            number = children[i].w[0];
+            count++;
+        }
+    }
+    *base = 0;
+    if (count == 0) {
+        return FM_OK;
+    }
+    if (same) {
+        FM_TRY(fm_voxel_number(trees, number, base));
+        *base |= FM_CONTOURS_SAME;
+        return FM_OK;
+    }
+    uint64_t first;
+    FM_TRY(fm_voxel_room(trees, &trees->octree->values, count, 1u << 31, &first));
+    uint32_t *values = (uint32_t *)(void *)trees->octree->values.data + first;
+    for (int i = 0; i < 8; i++) {
+        if (children[i].type == FM_REF_SOLID) {
+            *values++ = children[i].w[0];
+        }
+    }
+    *base = (uint32_t)first;
+    return FM_OK;
+}
+
+static fm_result add_words(fm_voxel_trees *trees, uint64_t count, uint64_t *first) {
+    return fm_voxel_room(trees, &trees->octree->words, count, 1u << 31, first);
+}
+
+// Writes a node's list anew behind what there is, when it is too far away for a descriptor at `place`.
+static fm_result near_list(fm_voxel_trees *trees, fm_voxel_ref *node, uint64_t place) {
+    if (place - node->w[2] <= MOST_LIST) {
+        return FM_OK;
+    }
+    uint64_t first;
+    FM_TRY(add_words(trees, list_length(node), &first));
+    uint32_t *words = fm_voxel_words(trees);
+    memcpy(words + first, words + node->w[2], list_length(node) * sizeof *words);
+    node->w[2] = (uint32_t)first;
+    return FM_OK;
+}
+
+// The descriptors of nodes, side by side, and behind them the words of those whose children are far.
+static fm_result write_nodes(fm_voxel_trees *trees, fm_voxel_ref *nodes, uint32_t count, uint32_t *place) {
+    // Lists that are copied lie in front, and one word makes the place even.
+    for (uint32_t i = 0; i < count; i++) {
+        FM_TRY(near_list(trees, &nodes[i], trees->octree->words.count + 128));
+    }
+    uint64_t first, behind;
+    FM_TRY(add_words(trees, trees->octree->words.count % 2 + 2 * count, &first));
+    if (first % 2 != 0) {
+        fm_voxel_words(trees)[first++] = 0;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        const uint64_t at = first + 2 * i, back = (at - nodes[i].w[0]) / 2;
+        uint32_t pointer = nodes[i].w[0] == 0 ? 0 : (uint32_t)back << 17;
+        if (nodes[i].w[0] != 0 && back > MOST_NEAR) {
+            FM_TRY(add_words(trees, 1, &behind));
+            fm_voxel_words(trees)[behind] = nodes[i].w[0];
+            pointer = (uint32_t)(behind - at) << 17 | FM_CONTOURS_FAR;
+        }
+        fm_voxel_words(trees)[at] = pointer | nodes[i].w[1];
+        fm_voxel_words(trees)[at + 1] = (uint32_t)(at - nodes[i].w[2]) << 8 | nodes[i].w[3];
+    }
+    *place = (uint32_t)first;
+    return FM_OK;
+}
+
+static fm_result join(fm_voxel_trees *trees, uint32_t level, const fm_voxel_ref *children, fm_voxel_ref *node) {
+    (void)level;
+    fm_voxel_ref nodes[8];
+    uint32_t count = 0, contours = 0, list[9];
+    *node = (fm_voxel_ref){.type = FM_REF_NODE};
+    for (uint32_t i = 0; i < 8; i++) {
+        node->w[1] |= (children[i].type != FM_REF_EMPTY) << (8 + i) | (children[i].type == FM_REF_SOLID) << i;
+        if (children[i].type != FM_REF_EMPTY && is_written(&children[i])) {
+            list[++contours] = children[i].contour;
+            node->w[3] |= 1u << i;
+        }
+        if (children[i].type == FM_REF_NODE) {
+            nodes[count++] = children[i];
+        }
+    }
+    FM_TRY(numbers_of(trees, children, &list[0]));
+    if (count > 0) {
+        FM_TRY(write_nodes(trees, nodes, count, &node->w[0]));
+    }
+    uint64_t first;
+    FM_TRY(add_words(trees, list_length(node), &first));
+    memcpy(fm_voxel_words(trees) + first, list, list_length(node) * sizeof *list);
+    node->w[2] = (uint32_t)first;
+    node->contour = trees->octree->desc.threshold < 0 ? 0 : contour_around(children);
+    return FM_OK;
+}
+
+static fm_voxel_ref node_at(const fm_voxel_trees *trees, uint32_t place) {
+    const fm_octree_head head = fm_octree_host_head(trees->octree);
+    const uint32_t *words = fm_voxel_words(trees) + place;
+    fm_voxel_ref ref = {.type = FM_REF_NODE, .w = {0, words[0] & 0xffff, place - (words[1] >> 8), words[1] & 0xff}};
+    ref.w[0] = words[0] >> 16 != 0 ? fm_contours_children(head, place, words[0]) : 0;
+    return ref;
+}
+
+static void split(const fm_voxel_trees *trees, uint32_t level, const fm_voxel_ref *node, fm_voxel_ref *children) {
+    (void)level;
+    const uint32_t *list = fm_voxel_words(trees) + node->w[2];
+    const uint32_t *values = (const uint32_t *)(const void *)trees->octree->values.data, base = list[0];
+    uint32_t place = node->w[0], number = base & ~FM_CONTOURS_SAME;
+    for (uint32_t i = 0; i < 8; i++) {
+        const bool there = node->w[1] >> (8 + i) & 1, leaf = node->w[1] >> i & 1;
+        children[i] = (fm_voxel_ref){0};
+        if (there && leaf) {
+            children[i].type = FM_REF_SOLID;
+            children[i].w[0] = values[number];
+            number += !(base & FM_CONTOURS_SAME);
+        } else if (there) {
+            children[i] = node_at(trees, place);
+            place += 2;
+        }
+        children[i].contour = node->w[3] >> i & 1 ? *++list : 0;
+    }
+}
+
+static fm_result place_top(fm_voxel_trees *trees, const fm_voxel_ref *cell, uint32_t *word) {
+    *word = 0;
+    if (cell->type == FM_REF_SOLID) {
+        FM_TRY(fm_voxel_number(trees, cell->w[0], word));
+        *word |= FM_CONTOURS_SOLID;
+    } else if (cell->type == FM_REF_NODE) {
+        fm_voxel_ref node = *cell;
+        FM_TRY(write_nodes(trees, &node, 1, word));
+    }
+    return FM_OK;
+}
+
+static fm_voxel_ref placed(const fm_voxel_trees *trees, uint32_t word) {
+    fm_voxel_ref ref = {0};
+    if (word & FM_CONTOURS_SOLID) {
+        ref.type = FM_REF_SOLID;
+        ref.w[0] = ((const uint32_t *)(const void *)trees->octree->values.data)[word & ~FM_CONTOURS_SOLID];
+    } else if (word != 0) {
+        ref = node_at(trees, word);
+    }
+    return ref;
+}
+
+const fm_voxel_kind fm_kind_contours = {branch_of, join, split, place_top, placed, false, false};
