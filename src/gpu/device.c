@@ -168,9 +168,9 @@ void fm_vk_inspect(const fm_vk_functions *vk, VkPhysicalDevice physical, uint32_
         snprintf(info->reason, sizeof info->reason, "it has no queue for compute");
         return;
     }
-    if (!(v11.subgroupSupportedStages & VK_SHADER_STAGE_COMPUTE_BIT) ||
-        !(v11.subgroupSupportedOperations & VK_SUBGROUP_FEATURE_VOTE_BIT)) {
-        snprintf(info->reason, sizeof info->reason, "its subgroups cannot vote in compute shaders");
+    const VkSubgroupFeatureFlags votes = VK_SUBGROUP_FEATURE_VOTE_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
+    if (!(v11.subgroupSupportedStages & VK_SHADER_STAGE_COMPUTE_BIT) || (v11.subgroupSupportedOperations & votes) != votes) {
+        snprintf(info->reason, sizeof info->reason, "its subgroups cannot vote or ballot in compute shaders");
         return;
     }
     size_t length = 0;
