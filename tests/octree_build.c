@@ -88,6 +88,26 @@ static void check_distance(tree_check *check, const fm_octree *octree, const tre
     CHECK(distance < check->slack || fabs(fabs(winding) - 0.5) < 0.02 || (value < 0) == (winding > 0.5));
 }
 
+static void check_brick(tree_check *check, const fm_octree *octree, const tree_node *node) {
+    const uint64_t first = (uint64_t)~node->word * FM_BRICK_VALUES;
+    const double cut = 3 * sqrt(3) * octree->info.cell;
+    if (!CHECK(node->level == FM_BRICK_LEVEL) || !CHECK(first + FM_BRICK_VALUES <= octree->values.count)) {
+        return;
+    }
+    double nearest = INFINITY;
+    for (uint32_t i = 0; i < FM_BRICK_VALUES; i++) {
+        const double cells[3] = {8.0 * node->at[0] + i % 9, 8.0 * node->at[1] + i / 9 % 9, 8.0 * node->at[2] + i / 81};
+        const oracle_point at = tree_place(octree, cells);
+        const double distance = oracle_distance(check->mesh, at);
+        const double value = (double)((const float *)octree->values.data)[first + i];
+        CHECK(fabs(fabs(value) - fmin(distance, cut)) <= 1e-3 * octree->info.cell);
+        const double winding = octree->info.sign == FM_SIGN_NONE ? 0 : oracle_winding(check->mesh, at);
+        CHECK(distance < check->slack || fabs(fabs(winding) - 0.5) < 0.02 || (value < 0) == (winding > 0.5));
+        nearest = fmin(nearest, distance);
+    }
+    CHECK(nearest <= (3 + 1e-3) * octree->info.cell);
+}
+
 static void check_leaf(void *user, const fm_octree *octree, const tree_node *node) {
     tree_check *check = user;
     const double edge = (double)(1u << node->level);
@@ -98,6 +118,10 @@ static void check_leaf(void *user, const fm_octree *octree, const tree_node *nod
         return;
     }
     check->leaves[node->level]++;
+    if (octree->info.kind == FM_OCTREE_BRICKS) {
+        check_brick(check, octree, node);
+        return;
+    }
     if (!CHECK(4 * ((uint64_t)~node->word + 2) <= octree->values.count)) {
         return;
     }
@@ -133,9 +157,9 @@ static void check_tree(const fm_octree *octree, const scene_mesh *mesh, tree_che
     const fm_octree_info *info = &octree->info;
     check->mesh = mesh;
     check->seed = 7;
-    const double code = info->kind == FM_OCTREE_DISTANCE || info->code == FM_OCTREE_FLOATS ? 0
-                        : info->code == FM_OCTREE_OCTAHEDRAL                               ? 0.016
-                                                                                           : 0.032;
+    const double code = info->kind != FM_OCTREE_CLOSEST || info->code == FM_OCTREE_FLOATS ? 0
+                        : info->code == FM_OCTREE_OCTAHEDRAL                              ? 0.016
+                                                                                          : 0.032;
     check->slack = (code + 1e-4) * info->cell;
     tree_leaves(octree, check_leaf, check);
     check_surface(octree, mesh);
@@ -184,6 +208,7 @@ static void test_shapes(fm_context *context) {
         build_and_check(context, &meshes[i],
                         &(fm_octree_desc){.size = 20, .method = FM_OCTREE_GROWN, .top_bytes = 256, .threshold = -1});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.kind = FM_OCTREE_DISTANCE, .size = 21, .share = i % 2});
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.kind = FM_OCTREE_BRICKS, .size = 21});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 25, .code = FM_OCTREE_OCTAHEDRAL, .share = true});
         scene_mesh_free(&meshes[i].mesh);
     }

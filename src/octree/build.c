@@ -78,7 +78,8 @@ fm_result fm_octree_build_begin(fm_octree_build *build, const double low[3], con
                        build->cells[0], build->cells[1], build->cells[2], (unsigned long long)MOST_CHUNKS);
     }
     build->cell = info->cell;
-    build->leaf_most = (int)info->levels < FM_LEAF_MOST ? (int)info->levels : FM_LEAF_MOST;
+    build->leaf_most = info->kind == FM_OCTREE_BRICKS ? 0 : (int)info->levels < FM_LEAF_MOST ? (int)info->levels : FM_LEAF_MOST;
+    build->grain = info->kind == FM_OCTREE_BRICKS ? FM_BRICK_LEVEL : build->leaf_most;
     build->margin = sqrt(3) * (2 + (1 << build->leaf_most)) + 0.5;
     build->roots.size = 4;
     build->slots = fm_alloc_zero(allocator, build->chunk_count * sizeof *build->slots, "chunks");
@@ -120,6 +121,9 @@ static fm_result build_chunk(fm_octree_build *build, uint64_t chunk) {
     if (build->sign == FM_SIGN_WINDING) {
         FM_TRY(fm_octree_fields_wind(build));
     }
+    if (build->desc->kind == FM_OCTREE_BRICKS) {
+        return fm_octree_bricks_emit(build);
+    }
     fm_octree_merge(build);
     return fm_octree_chunk_emit(build, chunk);
 }
@@ -145,17 +149,23 @@ static void tell_errors(fm_octree_build *build) {
 fm_result fm_octree_build_run(fm_octree_build *build) {
     FM_TRY(fm_octree_far_finish(build));
     FM_TRY(fm_octree_chunk_make(build));
+    const bool bricks = build->desc->kind == FM_OCTREE_BRICKS;
+    if (bricks) {
+        fm_octree_bricks_clear(build);
+    }
     for (uint64_t chunk = 0; chunk < build->chunk_count; chunk++) {
         FM_TRY(build_chunk(build, chunk));
     }
     fm_octree_chunk_free(build);
-    FM_TRY(fm_octree_join(build));
+    if (!bricks) {
+        FM_TRY(fm_octree_join(build));
+    }
     fm_octree_array_free(build->octree, &build->roots);
     tell_errors(build);
     fm_octree_counted(build->octree);
     fm_octree_info *info = &build->octree->info;
     info->unshared_bytes = info->node_bytes + info->leaf_bytes + info->attribute_bytes;
-    if (build->desc->share) {
+    if (build->desc->share && !bricks) {
         FM_TRY(fm_octree_share(build->octree));
         fm_octree_counted(build->octree);
     }
@@ -215,12 +225,18 @@ fm_result fm_octree_build_mesh(fm_mesh *mesh, const fm_octree_desc *desc, fm_oct
     double low[3], high[3];
     FM_TRY(fm_octree_check_desc(desc, &filled));
     FM_TRY(check_attribute(&filled));
+    if (filled.kind == FM_OCTREE_BRICKS) {
+        // The top grid is the only one.
+        filled.top_bytes = UINT64_MAX;
+        filled.share = false;
+    }
     FM_TRY(fm_octree_box_of(mesh, &filled, low, high));
     FM_TRY(check_sign(mesh, &filled));
     fm_octree *made = NULL;
     switch (filled.kind) {
     case FM_OCTREE_CLOSEST:
     case FM_OCTREE_DISTANCE:
+    case FM_OCTREE_BRICKS:
         FM_TRY(build_leaves(mesh, &filled, low, high, &made));
         break;
     default:

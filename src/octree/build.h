@@ -2,10 +2,10 @@
 #ifndef FM_OCTREE_BUILD_H
 #define FM_OCTREE_BUILD_H
 
-// Builds of CLOSEST and DISTANCE on the host. The grid is cut into chunks of 128^3 cells, worked one after the other, each by all
-// threads: its triangles, the nearest of them at its corners, which cells become leaves, what these hold. Within a chunk lengths
-// are in finest cells and places are counted from its low corner, so that equal parts of a surface give equal bits wherever they
-// are.
+// Builds of CLOSEST, DISTANCE and BRICKS on the host. The grid is cut into chunks of 128^3 cells, worked one after the other, each
+// by all threads: its triangles, the nearest of them at its corners, which cells become leaves, what these hold. Within a chunk
+// lengths are in finest cells and places are counted from its low corner, so that equal parts of a surface give equal bits wherever
+// they are.
 
 #include "mesh/triangle.h"
 #include "octree/octree.h"
@@ -86,6 +86,7 @@ struct fm_octree_build {
     const fm_octree_desc *desc;  // filled
     double origin[3], cell;
     uint32_t cells[3], chunks[3];
+    int grain;      // extents of chunks are multiples of its cells: leaf_most, of BRICKS that of bricks
     int leaf_most;  // the lesser of FM_LEAF_MOST and the top grid's level
     double margin;  // triangles farther from a chunk do not count for it
     fm_octree_far far;
@@ -145,6 +146,9 @@ fm_result fm_octree_fields_wind(fm_octree_build *build);
 void fm_octree_merge(fm_octree_build *build);
 // leaves.c: their values, and the words of the chunk's nodes.
 fm_result fm_octree_chunk_emit(fm_octree_build *build, uint64_t chunk);
+// bricks.c: every top cell's word from what is far, then the chunk's bricks.
+void fm_octree_bricks_clear(fm_octree_build *build);
+fm_result fm_octree_bricks_emit(fm_octree_build *build);
 // share.c: of an octree that is whole. On failure it is of no use.
 fm_result fm_octree_share(fm_octree *octree);
 // build.c: a build is begun, told of all triangles (their chunks and fm_octree_far_mark), and run. What is begun must be ended,

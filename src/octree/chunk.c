@@ -8,7 +8,7 @@
 static void set_extent(const fm_octree_build *build, fm_octree_chunk *chunk) {
     for (int axis = 0; axis < 3; axis++) {
         const uint64_t left = build->cells[axis] - (uint64_t)chunk->at[axis] * FM_CHUNK;
-        chunk->extent[axis] = (uint32_t)fm_min_u64(FM_CHUNK, fm_round_up(left, UINT64_C(1) << build->leaf_most));
+        chunk->extent[axis] = (uint32_t)fm_min_u64(FM_CHUNK, fm_round_up(left, UINT64_C(1) << build->grain));
     }
     for (int level = 0; level <= build->leaf_most; level++) {
         for (int axis = 0; axis < 3; axis++) {

@@ -65,7 +65,7 @@ static fm_result growth_make(fm_octree_build *build) {
     g->build = build;
     uint64_t room = 1;
     for (int axis = 0; axis < 3; axis++) {
-        room *= fm_min_u64(FM_CHUNK, fm_round_up(build->cells[axis], UINT64_C(1) << build->leaf_most)) + 2 * MARGIN + 1;
+        room *= fm_min_u64(FM_CHUNK, fm_round_up(build->cells[axis], UINT64_C(1) << build->grain)) + 2 * MARGIN + 1;
     }
     g->room = room;
     g->distance2 = fm_alloc(allocator, room * sizeof *g->distance2, "a chunk's growth");
