@@ -7,6 +7,7 @@
 #include "mesh/gpu_voxelize.h"
 #include "mesh/voxel_grid.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { THREADS = 64 };
@@ -91,18 +92,17 @@ static float walk_reach(const fm_sdf_job *j) {
 }
 
 static void record_header(const fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
-    static const uint32_t empty[] = {FM_LIST_EMPTY};
-    for (uint32_t i = 0; i < 4; i++) {
-        fm_commands_fill(j->gpu, slot, j->scratch, FM_NEAR_LIST + 4 * i, 4, empty[i]);
-    }
+    // FM_LIST_EMPTY.
+    fm_commands_fill(j->gpu, slot, j->scratch, FM_NEAR_LIST, 8, 0);
+    fm_commands_fill(j->gpu, slot, j->scratch, FM_NEAR_LIST + 8, 8, 1);
     uint32_t bits;
     memcpy(&bits, &j->plan->band, sizeof bits);
     fm_commands_fill(j->gpu, slot, j->scratch, FM_SDF_BAND, 4, bits);
     const float reach = walk_reach(j);
     memcpy(&bits, &reach, sizeof bits);
     fm_commands_fill(j->gpu, slot, j->scratch, FM_NEAR_REACH, 4, bits);
-    fm_commands_fill(j->gpu, slot, j->scratch, FM_NEAR_SIDE, 4, 0);
-    fm_commands_fill(j->gpu, slot, j->scratch, FM_SDF_HEADER_BYTES, l->entries - FM_SDF_HEADER_BYTES, 0);
+    static_assert(FM_NEAR_SIDE + 4 == FM_SDF_HEADER_BYTES, "the side is cleared with the bits behind it");
+    fm_commands_fill(j->gpu, slot, j->scratch, FM_NEAR_SIDE, l->entries - FM_NEAR_SIDE, 0);
 }
 
 // Which texels are inside, by the crossings of rows.
