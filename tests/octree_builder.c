@@ -44,13 +44,13 @@ static void check_same(const fm_octree *a, const fm_octree *b) {
 }
 
 // Adds the mesh's triangles a few at a time.
-static fm_result add_all(fm_octree_builder *builder, const scene_mesh *mesh, const paints *paints, uint64_t few) {
+static fm_result add_all(fm_octree_builder *builder, const scene_mesh *mesh, const paints *own, uint64_t few) {
     for (uint64_t i = 0; i < mesh->triangle_count; i += few) {
         const uint64_t count = mesh->triangle_count - i < few ? mesh->triangle_count - i : few;
         const fm_mesh_desc some = {(const float(*)[3])mesh->vertices, mesh->vertex_count,
                                    (const uint32_t(*)[3])(mesh->triangles + i), count};
         const fm_result result =
-            fm_octree_builder_add(builder, &some, (const uint8_t(*)[4])paints->colors, (const float(*)[2])paints->texture);
+            fm_octree_builder_add(builder, &some, (const uint8_t(*)[4])own->colors, (const float(*)[2])own->texture);
         if (result != FM_OK) {
             return result;
         }
@@ -58,18 +58,18 @@ static fm_result add_all(fm_octree_builder *builder, const scene_mesh *mesh, con
     return FM_OK;
 }
 
-static void compare(fm_context *context, const scene_mesh *mesh, const paints *paints, fm_octree_desc desc) {
+static void compare(fm_context *context, const scene_mesh *mesh, const paints *own, fm_octree_desc desc) {
     const fm_mesh_desc what = scene_mesh_describe(mesh);
     fm_mesh *whole = NULL;
     fm_octree *wanted = NULL, *got = NULL;
     fm_octree_builder *builder = NULL;
-    desc.colors = (const uint8_t(*)[4])paints->colors;
-    desc.texture = (const float(*)[2])paints->texture;
+    desc.colors = (const uint8_t(*)[4])own->colors;
+    desc.texture = (const float(*)[2])own->texture;
     CHECK_OK(fm_mesh_create(context, &what, &whole));
     CHECK_OK(fm_octree_build_mesh(whole, &desc, &wanted));
     desc.colors = NULL;
     desc.texture = NULL;
-    if (CHECK_OK(fm_octree_builder_create(context, &desc, &builder)) && CHECK_OK(add_all(builder, mesh, paints, 7)) &&
+    if (CHECK_OK(fm_octree_builder_create(context, &desc, &builder)) && CHECK_OK(add_all(builder, mesh, own, 7)) &&
         CHECK_OK(fm_octree_builder_finish(builder, &got)) && wanted) {
         wanted->desc.host_bytes = got->desc.host_bytes;
         check_same(wanted, got);
