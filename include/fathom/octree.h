@@ -66,7 +66,7 @@ typedef struct fm_octree_desc {
     bool share;               // CLOSEST, DISTANCE: identical subtrees and leaves are kept once
     uint64_t top_bytes;       // of the top grid at most; 0: 1 MiB
     fm_sign sign;             // DISTANCE, BRICKS
-    fm_octree_attribute attribute;  // CLOSEST
+    fm_octree_attribute attribute;  // CLOSEST; VOXELS, CONTOURS and TREE64 of a mesh, but for TEXTURE
     const uint8_t (*colors)[4];     // COLOR: of each vertex
     const float (*texture)[2];      // TEXTURE: of each vertex
     // Streamed builds: where triangles wait that memory does not hold. NULL: the system's folder for temporary files
@@ -106,18 +106,19 @@ FM_API void fm_octree_describe(const fm_octree *octree, fm_octree_info *info);
 // From meshes
 // ---------------------------------------------------------------------------------------------------------------------------
 
-// Builds an octree of any kind from a mesh in the mesh's context. Voxels are those that the surface touches (FM_SEPARATION_26).
+// Builds an octree of any kind from a mesh in the mesh's context. Voxels are those that the surface touches (FM_SEPARATION_26), and
+// their number is 1, that of a triangle there and 1 (FM_OCTREE_TRIANGLE), or its colour, red in the lowest bits (FM_OCTREE_COLOR).
 // Errors: FM_ERROR_INVALID_ARGUMENT for NULL, sizes and enumerators out of range, a box without volume, attributes without their
 // arrays; FM_ERROR_UNSUPPORTED for more nodes or leaves than their numbers hold; FM_ERROR_OUT_OF_HOST_MEMORY,
 // FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
 FM_API fm_result fm_octree_build_mesh(fm_mesh *mesh, const fm_octree_desc *desc, fm_octree **octree);
 
-// Builds one from triangles that come piece by piece, so that the mesh need not fit into memory: each is kept for every chunk of 128^3
-// cells that it comes near to, in memory as far as `host_bytes` go and else on disk. The result equals, bit for bit, that of
-// fm_octree_build_mesh with all triangles, the same box and method. The box must be given; FM_OCTREE_CLOSEST, and FM_OCTREE_DISTANCE
-// with FM_SIGN_NONE. Errors: as fm_octree_build_mesh; FM_ERROR_UNSUPPORTED for other kinds and signs; FM_ERROR_IO when the disk
-// refuses. A builder that failed while adding or finishing, or has finished, is only to be destroyed. Same thread rule as its
-// context.
+// Builds one from triangles that come piece by piece, so that the mesh need not fit into memory: each is kept for every chunk of
+// 128^3 cells that it comes near to, in memory as far as `host_bytes` go and else on disk. The result equals, bit for bit, that of
+// fm_octree_build_mesh with all triangles, the same box and method. The box must be given; FM_OCTREE_CLOSEST, and
+// FM_OCTREE_DISTANCE with FM_SIGN_NONE. Errors: as fm_octree_build_mesh; FM_ERROR_UNSUPPORTED for other kinds and signs;
+// FM_ERROR_IO when the disk refuses. A builder that failed while adding or finishing, or has finished, is only to be destroyed.
+// Same thread rule as its context.
 typedef struct fm_octree_builder fm_octree_builder;
 
 FM_API fm_result fm_octree_builder_create(fm_context *context, const fm_octree_desc *desc, fm_octree_builder **builder);
@@ -172,7 +173,8 @@ FM_API fm_result fm_octree_cast(fm_octree *octree, const fm_mesh_ray *rays, uint
 // Files (.fmo; docs/formats.md) and octrees larger than memory
 // ---------------------------------------------------------------------------------------------------------------------------
 
-// Written to a temporary name and renamed; "-" is standard output. Errors: FM_ERROR_INVALID_ARGUMENT for NULL, FM_ERROR_IO, FM_ERROR_OUT_OF_HOST_MEMORY.
+// Written to a temporary name and renamed; "-" is standard output. Errors: FM_ERROR_INVALID_ARGUMENT for NULL, FM_ERROR_IO,
+// FM_ERROR_OUT_OF_HOST_MEMORY.
 FM_API fm_result fm_octree_write(const fm_octree *octree, const char *path);
 // Nothing in the file is trusted: sizes, checksums, every index. Of a file with parts the coarse octree is read. The file is mapped
 // where that is possible, and must then not be cut or changed in place as long as the octree lives; to write another by

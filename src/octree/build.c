@@ -5,6 +5,7 @@
 
 #include "mesh/sdf.h"
 #include "mesh/topology.h"
+#include "octree/voxels.h"
 
 #include <math.h>
 #include <string.h>
@@ -193,7 +194,9 @@ static fm_result build_leaves(fm_mesh *mesh, const fm_octree_desc *desc, const d
 // --- The call ---
 
 static fm_result check_attribute(fm_octree_desc *desc) {
-    if (desc->kind != FM_OCTREE_CLOSEST) {
+    const fm_voxel_kind *voxels = fm_voxel_kind_of(desc->kind);
+    const bool numbers = voxels && !voxels->colorless && desc->attribute != FM_OCTREE_TEXTURE;
+    if (desc->kind != FM_OCTREE_CLOSEST && !numbers) {
         desc->attribute = FM_OCTREE_PLAIN;
     }
     if (desc->attribute == FM_OCTREE_COLOR && !desc->colors) {
@@ -240,7 +243,7 @@ fm_result fm_octree_build_mesh(fm_mesh *mesh, const fm_octree_desc *desc, fm_oct
         FM_TRY(build_leaves(mesh, &filled, low, high, &made));
         break;
     default:
-        return fm_fail(FM_ERROR_UNSUPPORTED, "octrees of kind %d are not built from meshes", (int)filled.kind);
+        FM_TRY(fm_octree_voxels_from_mesh(mesh, &filled, low, high, &made));
     }
     made->info.build_ms = (double)(fm_now_ns() - start) * 1e-6;
     *octree = made;

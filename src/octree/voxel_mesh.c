@@ -1,0 +1,367 @@
+// SPDX-License-Identifier: MIT
+// Octrees of the voxels that a mesh's surface touches. Triangles are sorted into cubes of cells; when the octree asks for the
+// voxels of a box, those of its cube are tried. Which voxels a triangle touches is decided as fm_mesh_voxelize does on the
+// processor.
+
+#include "mesh/touch.h"
+#include "mesh/triangle.h"
+#include "octree/voxel_contours.h"
+#include "octree/voxels.h"
+
+#include <string.h>
+
+enum { LEAST_CUBE = 6, TILE = 64, TILE_CELLS = TILE * TILE * TILE, NONE = -1, MOST_POINTS = 256, POLYGON = 10 };
+static const uint64_t MOST_CUBES = 1 << 22;
+
+typedef struct link {
+    uint32_t triangle;
+    int32_t next;
+} link;
+
+typedef struct surface {
+    const fm_mesh *mesh;
+    const fm_octree_desc *desc;
+    fm_grid grid, cubes;
+    uint32_t cube;     // level of a cube
+    uint64_t *first;   // of each cube, where its triangles begin; one more
+    uint32_t *sorted;  // triangles
+    uint64_t count;    // cubes
+    // The box that was read last: its corner and, where contours are wanted, which triangles touch each of its voxels.
+    fm_box box;
+    uint32_t *voxels;
+    uint32_t triangle;
+    int32_t *heads;  // TILE_CELLS; NULL: no contours
+    link *links;
+    uint64_t link_count, link_room;
+    bool failed;
+} surface;
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// Cubes
+// ---------------------------------------------------------------------------------------------------------------------------
+
+static uint64_t cube_at(const surface *own, uint32_t x, uint32_t y, uint32_t z) {
+    return x + (uint64_t)own->cubes.shape.x * (y + (uint64_t)own->cubes.shape.y * z);
+}
+
+static void count_cube(void *user, uint32_t x, uint32_t y, uint32_t z) {
+    surface *own = user;
+    own->first[cube_at(own, x, y, z) + 1]++;
+}
+
+static void fill_cube(void *user, uint32_t x, uint32_t y, uint32_t z) {
+    surface *own = user;
+    own->sorted[own->first[cube_at(own, x, y, z)]++] = own->triangle;
+}
+
+static void each_cube(surface *own, fm_touch_fn fn) {
+    // A little more than half: what touches a voxel must touch its cube, too, however it is rounded.
+    static const double half[3] = {0.500001, 0.500001, 0.500001};
+    const fm_shape shape = own->cubes.shape;
+    const fm_touch_range all = {{0, 0, 0}, {shape.x - 1, shape.y - 1, shape.z - 1}};
+    for (uint64_t i = 0; i < own->mesh->triangle_count; i++) {
+        own->triangle = (uint32_t)i;
+        if (fm_triangle_fits(own->mesh, i)) {
+            fm_touch(own->mesh, &own->cubes, (uint32_t)i, half, &all, fn, own);
+        }
+    }
+}
+
+static fm_result sort_triangles(surface *own) {
+    const fm_allocator *allocator = &own->mesh->context->allocator;
+    own->first = fm_alloc_zero(allocator, (own->count + 1) * sizeof *own->first, "triangles of an octree");
+    if (!own->first) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    each_cube(own, count_cube);
+    for (uint64_t i = 0; i < own->count; i++) {
+        own->first[i + 1] += own->first[i];
+    }
+    own->sorted = fm_alloc(allocator, own->first[own->count] * sizeof *own->sorted, "triangles of an octree");
+    if (!own->sorted) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    each_cube(own, fill_cube);
+    // Each has moved to where the next begins.
+    memmove(own->first + 1, own->first, own->count * sizeof *own->first);
+    own->first[0] = 0;
+    return FM_OK;
+}
+
+static uint64_t cube_of(const surface *own, const fm_box *box) {
+    return cube_at(own, (uint32_t)(box->begin[0] >> own->cube), (uint32_t)(box->begin[1] >> own->cube),
+                   (uint32_t)(box->begin[2] >> own->cube));
+}
+
+static bool no_triangles(void *user, const fm_box *box) {
+    const surface *own = user;
+    uint32_t end[3];
+    for (int axis = 0; axis < 3; axis++) {
+        end[axis] = (uint32_t)((box->end[axis] - 1) >> own->cube);
+    }
+    for (uint32_t z = (uint32_t)(box->begin[2] >> own->cube); z <= end[2]; z++) {
+        for (uint32_t y = (uint32_t)(box->begin[1] >> own->cube); y <= end[1]; y++) {
+            const uint32_t x = (uint32_t)(box->begin[0] >> own->cube);
+            if (own->first[cube_at(own, end[0], y, z) + 1] != own->first[cube_at(own, x, y, z)]) {
+                return false;
+            }
+        }
+    }
+    return true;
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// Voxels
+// ---------------------------------------------------------------------------------------------------------------------------
+
+// The colour of a triangle where it is nearest to a cell's centre.
+static uint32_t color_at(const surface *own, uint32_t triangle, const uint32_t cell[3]) {
+    const uint32_t *corners = own->mesh->triangles[triangle];
+    float centre[3];
+    double edges[2][3], off[3], dots[2][2] = {{0}}, along[2] = {0};
+    for (int i = 0; i < 3; i++) {
+        centre[i] = (float)fm_grid_at(&own->grid, i, cell[i]);
+    }
+    const fm_point_on_triangle nearest = fm_triangle_point(own->mesh, triangle, centre);
+    for (int i = 0; i < 3; i++) {
+        const double from = (double)own->mesh->vertices[corners[0]][i];
+        edges[0][i] = (double)own->mesh->vertices[corners[1]][i] - from;
+        edges[1][i] = (double)own->mesh->vertices[corners[2]][i] - from;
+        off[i] = (double)centre[i] + nearest.offset[i] - from;
+        for (int a = 0; a < 2; a++) {
+            along[a] += edges[a][i] * off[i];
+        }
+        dots[0][0] += edges[0][i] * edges[0][i];
+        dots[0][1] += edges[0][i] * edges[1][i];
+        dots[1][1] += edges[1][i] * edges[1][i];
+    }
+    const double area = dots[0][0] * dots[1][1] - dots[0][1] * dots[0][1];
+    const double b = area > 0 ? (dots[1][1] * along[0] - dots[0][1] * along[1]) / area : 0;
+    const double c = area > 0 ? (dots[0][0] * along[1] - dots[0][1] * along[0]) / area : 0;
+    const double weights[3] = {1 - b - c, b, c};
+    uint32_t color = 0;
+    for (int channel = 0; channel < 4; channel++) {
+        double sum = 0.5;
+        for (int k = 0; k < 3; k++) {
+            sum += weights[k] * own->desc->colors[corners[k]][channel];
+        }
+        color |= (uint32_t)fmin(255, fmax(0, sum)) << 8 * channel;
+    }
+    return color > 0 ? color : 1u << 24;  // 0 would be air
+}
+
+static uint32_t number_of(const surface *own, uint32_t triangle, const uint32_t cell[3]) {
+    switch (own->desc->attribute) {
+    case FM_OCTREE_TRIANGLE:
+        return triangle + 1;
+    case FM_OCTREE_COLOR:
+        return color_at(own, triangle, cell);
+    default:
+        return 1;
+    }
+}
+
+static void keep_link(surface *own, uint64_t voxel) {
+    if (own->link_count == own->link_room) {
+        const fm_allocator *allocator = &own->mesh->context->allocator;
+        const uint64_t room = own->link_room > 0 ? 2 * own->link_room : 1 << 14;
+        link *links = fm_alloc(allocator, room * sizeof *links, "contours of an octree");
+        if (!links) {
+            own->failed = true;
+            return;
+        }
+        if (own->link_count > 0) {
+            memcpy(links, own->links, own->link_count * sizeof *links);
+        }
+        fm_free(allocator, own->links, own->link_room * sizeof *links);
+        own->links = links;
+        own->link_room = room;
+    }
+    own->links[own->link_count] = (link){own->triangle, own->heads[voxel]};
+    own->heads[voxel] = (int32_t)own->link_count++;
+}
+
+static uint64_t voxel_at(const surface *own, uint32_t x, uint32_t y, uint32_t z) {
+    const fm_box *box = &own->box;
+    const uint64_t row = (uint64_t)(box->end[0] - box->begin[0]), slice = row * (uint64_t)(box->end[1] - box->begin[1]);
+    return (x - (uint64_t)box->begin[0]) + row * (y - (uint64_t)box->begin[1]) + slice * (z - (uint64_t)box->begin[2]);
+}
+
+static void set_voxel(void *user, uint32_t x, uint32_t y, uint32_t z) {
+    surface *own = user;
+    const uint64_t voxel = voxel_at(own, x, y, z);
+    if (own->voxels[voxel] == 0) {
+        const uint32_t cell[3] = {x, y, z};
+        own->voxels[voxel] = number_of(own, own->triangle, cell);
+    }
+    if (own->heads) {
+        keep_link(own, voxel);
+    }
+}
+
+static fm_result read_surface(void *user, const fm_box *box, uint32_t *voxels) {
+    surface *own = user;
+    static const double half[3] = {0.5, 0.5, 0.5};
+    fm_touch_range range;
+    uint64_t count = 1;
+    for (int axis = 0; axis < 3; axis++) {
+        range.from[axis] = (uint32_t)box->begin[axis];
+        range.to[axis] = (uint32_t)box->end[axis] - 1;
+        count *= (uint64_t)(box->end[axis] - box->begin[axis]);
+    }
+    own->box = *box;
+    own->voxels = voxels;
+    own->link_count = 0;
+    memset(voxels, 0, count * sizeof *voxels);
+    for (uint64_t i = 0; own->heads && i < count; i++) {
+        own->heads[i] = NONE;
+    }
+    const uint64_t cube = cube_of(own, box);
+    for (uint64_t i = own->first[cube]; i < own->first[cube + 1]; i++) {
+        own->triangle = own->sorted[i];
+        fm_touch(own->mesh, &own->grid, own->triangle, half, &range, set_voxel, own);
+    }
+    return own->failed ? FM_ERROR_OUT_OF_HOST_MEMORY : FM_OK;
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// Contours
+// ---------------------------------------------------------------------------------------------------------------------------
+
+// Cuts off what is beyond a face of the cube from -1 to 1. Source: Sutherland and Hodgman 1974, "Reentrant polygon clipping".
+static uint32_t cut_face(const double (*from)[3], uint32_t count, int axis, double side, double (*to)[3]) {
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count && kept + 2 <= POLYGON; i++) {
+        const double *a = from[i], *b = from[(i + 1) % count];
+        const double in_a = 1 - side * a[axis], in_b = 1 - side * b[axis];
+        if (in_a >= 0) {
+            memcpy(to[kept++], a, 3 * sizeof *a);
+        }
+        if ((in_a < 0) != (in_b < 0)) {
+            for (int i3 = 0; i3 < 3; i3++) {
+                to[kept][i3] = a[i3] + (b[i3] - a[i3]) * (in_a / (in_a - in_b));
+            }
+            to[kept++][axis] = side;
+        }
+    }
+    return kept;
+}
+
+// The part of a triangle in a cell, from -1 to 1 along each axis.
+static uint32_t part_in_cell(const surface *own, uint32_t triangle, const uint32_t cell[3], double (*polygon)[3]) {
+    double other[POLYGON][3];
+    uint32_t count = 3;
+    for (int corner = 0; corner < 3; corner++) {
+        for (int axis = 0; axis < 3; axis++) {
+            const double at = (double)own->mesh->vertices[own->mesh->triangles[triangle][corner]][axis];
+            polygon[corner][axis] = 2 * ((at - own->grid.origin[axis]) / own->grid.spacing[axis] - cell[axis]);
+        }
+    }
+    for (int face = 0; face < 6 && count > 0; face++) {
+        const uint32_t left = cut_face((const double(*)[3])polygon, count, face / 2, face % 2 ? 1 : -1, other);
+        memcpy(polygon, other, left * sizeof *polygon);
+        count = left;
+    }
+    return count;
+}
+
+// Adds a polygon's normal, as long as twice its area, so that sheets that face each other do not cancel out.
+static void add_normal(const double (*polygon)[3], uint32_t count, double normal[3]) {
+    double n[3] = {0}, along = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const double *a = polygon[i], *b = polygon[(i + 1) % count];
+        for (int axis = 0; axis < 3; axis++) {
+            n[axis] += a[(axis + 1) % 3] * b[(axis + 2) % 3] - a[(axis + 2) % 3] * b[(axis + 1) % 3];
+        }
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        along += n[axis] * normal[axis];
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        normal[axis] += along < 0 ? -n[axis] : n[axis];
+    }
+}
+
+static uint32_t contour_at(void *user, const uint32_t cell[3]) {
+    const surface *own = user;
+    double points[MOST_POINTS][3], normal[3] = {0};
+    uint32_t count = 0;
+    for (int32_t i = own->heads[voxel_at(own, cell[0], cell[1], cell[2])]; i != NONE; i = own->links[i].next) {
+        double polygon[POLYGON][3];
+        const uint32_t corners = part_in_cell(own, own->links[i].triangle, cell, polygon);
+        if (count + corners > MOST_POINTS) {
+            return 0;  // a cell with so much in it is as well seen as a cube
+        }
+        memcpy(points + count, polygon, corners * sizeof *polygon);
+        count += corners;
+        add_normal((const double(*)[3])polygon, corners, normal);
+    }
+    const double size = fabs(normal[0]) + fabs(normal[1]) + fabs(normal[2]);
+    return count > 0 && size > 1e-12 ? fm_contour_of(normal, (const double(*)[3])points, count, 0.9, NULL) : 0;
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// The call
+// ---------------------------------------------------------------------------------------------------------------------------
+
+// The grid of cells, and that of cubes.
+static void make_grids(surface *own, const fm_octree_info *info) {
+    const uint32_t *cells = info->cells;
+    own->cube = LEAST_CUBE;
+    own->grid.shape = (fm_shape){cells[0], cells[1], cells[2]};
+    for (;; own->cube++) {
+        const uint64_t edge = 1ull << own->cube;
+        own->cubes.shape = (fm_shape){(uint32_t)fm_div_up(cells[0], edge), (uint32_t)fm_div_up(cells[1], edge),
+                                      (uint32_t)fm_div_up(cells[2], edge)};
+        own->count = fm_voxels(own->cubes.shape);
+        if (own->count <= MOST_CUBES) {
+            break;
+        }
+    }
+    for (int axis = 0; axis < 3; axis++) {
+        const double edge = (double)(1ull << own->cube);
+        own->grid.spacing[axis] = info->cell;
+        own->grid.origin[axis] = info->origin[axis] + 0.5 * info->cell;
+        own->cubes.spacing[axis] = info->cell * edge;
+        own->cubes.origin[axis] = info->origin[axis] + 0.5 * info->cell * edge;
+    }
+}
+
+static fm_result prepare(surface *own, const double low[3], const double high[3]) {
+    fm_context *context = own->mesh->context;
+    fm_octree *model = NULL;
+    FM_TRY(fm_octree_new(context, own->desc, low, high, &model));
+    make_grids(own, &model->info);
+    fm_octree_destroy(model);
+    if (own->desc->kind == FM_OCTREE_CONTOURS && !(own->desc->threshold < 0)) {
+        own->heads = fm_alloc(&context->allocator, TILE_CELLS * sizeof *own->heads, "contours of an octree");
+        if (!own->heads) {
+            return FM_ERROR_OUT_OF_HOST_MEMORY;
+        }
+    }
+    return sort_triangles(own);
+}
+
+static void release(surface *own) {
+    const fm_allocator *allocator = &own->mesh->context->allocator;
+    fm_free(allocator, own->links, own->link_room * sizeof *own->links);
+    fm_free(allocator, own->heads, TILE_CELLS * sizeof *own->heads);
+    fm_free(allocator, own->sorted, own->first ? own->first[own->count] * sizeof *own->sorted : 0);
+    fm_free(allocator, own->first, (own->count + 1) * sizeof *own->first);
+}
+
+fm_result fm_octree_voxels_from_mesh(fm_mesh *mesh, const fm_octree_desc *desc, const double low[3], const double high[3],
+                                     fm_octree **octree) {
+    surface own = {.mesh = mesh, .desc = desc};
+    fm_result result = prepare(&own, low, high);
+    if (result == FM_OK) {
+        const fm_voxel_source source = {.user = &own,
+                                        .shape = {own.grid.shape.x, own.grid.shape.y, own.grid.shape.z},
+                                        .read = read_surface,
+                                        .air = no_triangles};
+        fm_voxel_feed feed = {.source = &source, .contour = own.heads ? contour_at : NULL};
+        result = fm_voxel_build(mesh->context, &feed, desc, low, high, octree);
+    }
+    release(&own);
+    return result;
+}
