@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: MIT
+// Octrees of meshes as they come: empty, flat, torn, outside of the box; of every small size; with little memory; and what merging
+// may change.
+
+#include "octree_build_common.h"
+
+#include "faulty.h"
+
+#include <stdio.h>
+
+static const float CENTRE[3] = {0.1f, -0.2f, 0.3f};
+
+typedef struct odd_check {
+    const scene_mesh *mesh;
+    uint64_t seed;
+    double volume;
+    uint64_t leaves;
+    double threshold, worst;  // finest cells
+} odd_check;
+
+// Of leaves a corner, of empty ones a place.
+static void check_odd(void *user, const fm_octree *octree, const tree_node *node) {
+    odd_check *check = user;
+    const double edge = (double)(1u << node->level), cell = octree->info.cell;
+    double cells[3];
+    bool inside = true;
+    const uint32_t corner = (uint32_t)test_random(&check->seed) & 7;
+    for (int axis = 0; axis < 3; axis++) {
+        const double part = tree_is_empty(node) ? tree_uniform(&check->seed) : corner >> axis & 1;
+        cells[axis] = (node->at[axis] + part) * edge;
+        inside = inside && cells[axis] <= octree->info.cells[axis];
+    }
+    check->volume += edge * edge * edge;
+    check->leaves += !tree_is_empty(node);
+    const double distance = oracle_distance(check->mesh, tree_place(octree, cells));
+    if (tree_is_empty(node)) {
+        CHECK(!inside || distance >= tree_bound(octree, node));
+        return;
+    }
+    const fm_v3 v = tree_vector(octree, node, corner);
+    CHECK(fabs(sqrt((double)fm_dot(v, v)) - distance) <= 2e-4 * edge * cell);
+}
+
+static void check_mesh(fm_context *context, const scene_mesh *mesh, const fm_octree_desc *desc, bool leaves) {
+    const fm_mesh_desc what = scene_mesh_describe(mesh);
+    fm_mesh *own = NULL;
+    fm_octree *octree = NULL;
+    fm_octree_desc filled = *desc;
+    filled.code = FM_OCTREE_FLOATS;
+    if (CHECK_OK(fm_mesh_create(context, &what, &own)) && CHECK_OK(fm_octree_build_mesh(own, &filled, &octree))) {
+        odd_check check = {.mesh = mesh, .seed = 5};
+        tree_leaves(octree, check_odd, &check);
+        const fm_octree_info *info = &octree->info;
+        CHECK(check.volume == pow((double)(1u << info->levels), 3) * info->top[0] * info->top[1] * info->top[2]);
+        CHECK((check.leaves > 0) == leaves);
+        fm_octree_destroy(octree);
+        octree = NULL;
+        for (int kind = FM_OCTREE_DISTANCE; kind <= FM_OCTREE_BRICKS; kind += FM_OCTREE_BRICKS - FM_OCTREE_DISTANCE) {
+            filled.kind = (fm_octree_kind)kind;
+            CHECK_OK(fm_octree_build_mesh(own, &filled, &octree));
+            fm_octree_destroy(octree);
+            octree = NULL;
+        }
+    }
+    fm_mesh_destroy(own);
+}
+
+static void test_odd(fm_context *context) {
+    float vertices[][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}, {0.5f, 0.5f, 0.5f}, {NAN, 0, 0}, {2e18f, 0, 0}};
+    uint32_t none[][3] = {{0, 1, 6}, {0, 1, 7}}, point[][3] = {{5, 5, 5}}, line[][3] = {{0, 4, 4}, {0, 4, 5}};
+    uint32_t flat[][3] = {{0, 1, 2}}, fan[][3] = {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {1, 0, 2}, {0, 1, 2}};
+    uint32_t mixed[][3] = {{0, 1, 2}, {0, 1, 6}, {4, 4, 4}};
+    const scene_mesh meshes[] = {{vertices, none, 8, 0}, {vertices, none, 8, 2}, {vertices, point, 8, 1}, {vertices, line, 8, 2},
+                                 {vertices, flat, 8, 1}, {vertices, fan, 8, 5},  {vertices, mixed, 8, 3}};
+    for (size_t i = 0; i < sizeof meshes / sizeof *meshes; i++) {
+        check_mesh(context, &meshes[i], &(fm_octree_desc){.size = 16}, i >= 2);
+        check_mesh(context, &meshes[i], &(fm_octree_desc){.size = 13, .method = FM_OCTREE_GROWN}, i >= 2);
+    }
+    for (uint32_t size = 1; size <= 10; size++) {
+        check_mesh(context, &meshes[5], &(fm_octree_desc){.size = size, .method = size % 2 ? FM_OCTREE_EXACT : FM_OCTREE_GROWN},
+                   true);
+    }
+    // A box that misses the mesh, one that is within it, ones that cut it, and a long one.
+    const fm_octree_desc boxes[] = {
+        {.size = 40, .low = {5, 5, 5}, .high = {6, 6, 6}},
+        {.size = 16, .low = {-0.1f, -0.3f, 0.2f}, .high = {0.1f, -0.1f, 0.4f}},
+        {.size = 20, .low = {0, 0, 0}, .high = {1, 2, 3}},
+        {.size = 140, .low = {-1, 0, 0}, .high = {1.3f, 0.05f, 0.02f}, .top_bytes = 4},
+        {.size = 3000, .low = {-100, -0.2f, 0.3f}, .high = {100, -0.1f, 0.35f}, .top_bytes = 4},
+    };
+    scene_mesh sphere = scene_mesh_sphere(8, 12, CENTRE, 1);
+    for (size_t i = 0; i < sizeof boxes / sizeof *boxes; i++) {
+        check_mesh(context, &sphere, &boxes[i], i >= 2);
+    }
+    fm_octree_desc huge = {.size = 1 << 20, .low = {-1, -1, -1}, .high = {1, 1, 1}};
+    const fm_mesh_desc what = scene_mesh_describe(&sphere);
+    fm_mesh *mesh = NULL;
+    fm_octree *octree = NULL;
+    CHECK_OK(fm_mesh_create(context, &what, &mesh));
+    CHECK_FAILS(fm_octree_build_mesh(mesh, &huge, &octree), FM_ERROR_UNSUPPORTED);
+    fm_mesh_destroy(mesh);
+    scene_mesh_free(&sphere);
+}
+
+// --- Merging ---
+
+static void check_merged(void *user, const fm_octree *octree, const tree_node *node) {
+    odd_check *check = user;
+    const uint32_t edge = 1u << node->level;
+    if (tree_is_empty(node) || node->level == 0) {
+        return;
+    }
+    check->leaves++;
+    fm_v3 v[8];
+    for (uint32_t corner = 0; corner < 8; corner++) {
+        v[corner] = fm_times(tree_vector(octree, node, corner), 1 / (float)(edge * octree->info.cell));
+    }
+    for (uint32_t i = 0; i < (edge + 1) * (edge + 1) * (edge + 1); i++) {
+        const uint32_t part[3] = {i % (edge + 1), i / (edge + 1) % (edge + 1), i / (edge + 1) / (edge + 1)};
+        double cells[3];
+        for (int axis = 0; axis < 3; axis++) {
+            cells[axis] = node->at[axis] * (double)edge + part[axis];
+        }
+        const double distance = oracle_distance(check->mesh, tree_place(octree, cells)) / octree->info.cell;
+        const bool half = part[0] % (edge / 2) == 0 && part[1] % (edge / 2) == 0 && part[2] % (edge / 2) == 0;
+        if (distance <= sqrt(3) || (half && distance <= 2 * sqrt(3))) {
+            const float scale = 1 / (float)edge;
+            const fm_v3 at = {(float)part[0] * scale, (float)part[1] * scale, (float)part[2] * scale};
+            const fm_v3 said = fm_vcp_between(v, at);
+            const double off = fabs(sqrt((double)fm_dot(said, said)) * edge - distance);
+            check->worst = fmax(check->worst, off);
+            CHECK(off <= check->threshold + 1e-3);
+        }
+    }
+}
+
+static void test_merged(fm_context *context) {
+    static const float thresholds[] = {-1, 0, 0.2f, 1};
+    scene_mesh meshes[] = {scene_mesh_sphere(20, 24, CENTRE, 1), scene_mesh_box((const float[3]){-1, -0.5f, -0.2f}, CENTRE)};
+    for (int m = 0; m < 2; m++) {
+        const fm_mesh_desc what = scene_mesh_describe(&meshes[m]);
+        fm_mesh *mesh = NULL;
+        CHECK_OK(fm_mesh_create(context, &what, &mesh));
+        uint64_t before = 0;
+        for (int i = 0; i < 4; i++) {
+            const fm_octree_desc desc = {.size = 32, .code = FM_OCTREE_FLOATS, .threshold = thresholds[i]};
+            fm_octree *octree = NULL;
+            if (CHECK_OK(fm_octree_build_mesh(mesh, &desc, &octree))) {
+                odd_check check = {.mesh = &meshes[m], .threshold = i == 1 ? 0.05 : (double)thresholds[i]};
+                tree_leaves(octree, check_merged, &check);
+                printf("threshold %g: %llu leaves merged, off by %.4f cells at most\n", (double)thresholds[i],
+                       (unsigned long long)check.leaves, check.worst);
+                CHECK(i == 0 ? check.leaves == 0 : check.leaves > 0);
+                CHECK(i == 0 || octree->info.leaf_bytes <= before);
+                before = octree->info.leaf_bytes;
+            }
+            fm_octree_destroy(octree);
+        }
+        fm_mesh_destroy(mesh);
+        scene_mesh_free(&meshes[m]);
+    }
+}
+
+// --- Memory ---
+
+static fm_result build_with_little_memory(fm_context *context, void *user) {
+    const fm_octree_desc *desc = user;
+    scene_mesh sphere = scene_mesh_sphere(5, 6, CENTRE, 1);
+    const fm_mesh_desc what = scene_mesh_describe(&sphere);
+    fm_mesh *mesh = NULL;
+    fm_octree *octree = NULL;
+    fm_result result = fm_mesh_create(context, &what, &mesh);
+    result = result == FM_OK ? fm_octree_build_mesh(mesh, desc, &octree) : result;
+    CHECK(result == FM_OK || octree == NULL);
+    fm_octree_destroy(octree);
+    fm_mesh_destroy(mesh);
+    scene_mesh_free(&sphere);
+    CHECK_OK(fm_context_trim(context));
+    return result;
+}
+
+static fm_result stream_with_little_memory(fm_context *context, void *user) {
+    const fm_octree_desc *desc = user;
+    scene_mesh sphere = scene_mesh_sphere(5, 6, CENTRE, 1);
+    const fm_mesh_desc what = scene_mesh_describe(&sphere);
+    fm_octree_builder *builder = NULL;
+    fm_octree *octree = NULL;
+    fm_result result = fm_octree_builder_create(context, desc, &builder);
+    result = result == FM_OK ? fm_octree_builder_add(builder, &what, NULL, NULL) : result;
+    result = result == FM_OK ? fm_octree_builder_finish(builder, &octree) : result;
+    CHECK(result == FM_OK || octree == NULL);
+    fm_octree_destroy(octree);
+    fm_octree_builder_destroy(builder);
+    scene_mesh_free(&sphere);
+    return result;
+}
+
+static void test_memory(void) {
+    const fm_octree_desc descs[] = {
+        {.size = 12, .share = true, .attribute = FM_OCTREE_TRIANGLE},
+        {.size = 12, .method = FM_OCTREE_GROWN},
+        {.kind = FM_OCTREE_DISTANCE, .size = 12, .sign = FM_SIGN_WINDING},
+        {.kind = FM_OCTREE_BRICKS, .size = 12},
+    };
+    for (size_t i = 0; i < sizeof descs / sizeof *descs; i++) {
+        exhaust("an octree", build_with_little_memory, (void *)&descs[i], -1);
+    }
+    const fm_octree_desc streamed = {.size = 12, .low = {-1, -1, -1}, .high = {1, 1, 1}, .host_bytes = 1};
+    exhaust("a streamed octree", stream_with_little_memory, (void *)&streamed, -1);
+}
+
+int main(void) {
+    fm_context *context = NULL;
+    if (!CHECK_OK(fm_context_create(&(fm_context_desc){.backend = FM_BACKEND_CPU}, &context))) {
+        return check_summary();
+    }
+    test_odd(context);
+    test_merged(context);
+    test_memory();
+    fm_context_destroy(context);
+    return check_summary();
+}
