@@ -90,7 +90,7 @@ static void check_distance(tree_check *check, const fm_octree *octree, const tre
 
 static void check_brick(tree_check *check, const fm_octree *octree, const tree_node *node) {
     const uint64_t first = (uint64_t)~node->word * FM_BRICK_VALUES;
-    const double cut = 3 * sqrt(3) * octree->info.cell;
+    const double cut = (3 + sqrt(3)) * octree->info.cell;
     if (!CHECK(node->level == FM_BRICK_LEVEL) || !CHECK(first + FM_BRICK_VALUES <= octree->values.count)) {
         return;
     }
@@ -209,6 +209,7 @@ static void test_shapes(fm_context *context) {
                         &(fm_octree_desc){.size = 20, .method = FM_OCTREE_GROWN, .top_bytes = 256, .threshold = -1});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.kind = FM_OCTREE_DISTANCE, .size = 21, .share = i % 2});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.kind = FM_OCTREE_BRICKS, .size = 21});
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 26, .code = FM_OCTREE_FLOATS, .band = 1});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 25, .code = FM_OCTREE_OCTAHEDRAL, .share = true});
         scene_mesh_free(&meshes[i].mesh);
     }
@@ -284,6 +285,9 @@ static void test_bad(fm_context *context) {
         {.low = {0, NAN, 0}, .high = {1, 1, 1}},
         {.high = {1, INFINITY, 1}},
         {.threshold = NAN},
+        {.band = 0.5f},
+        {.band = 6},
+        {.band = NAN},
         {.attribute = FM_OCTREE_COLOR},
         {.attribute = FM_OCTREE_TEXTURE},
         {.method = (fm_octree_method)2},

@@ -10,8 +10,6 @@
 
 enum { EDGE = 1 << FM_BRICK_LEVEL, CORNERS = EDGE + 1 };
 
-static const float BAND = 3;  // finest cells: a brick is kept where one of its corners is as near
-
 typedef struct brick_job {
     fm_octree_build *build;
     const fm_octree_field *field;
@@ -92,7 +90,7 @@ static fm_result number_bricks(brick_job *job) {
                                 build->chunk.at[1] * (FM_CHUNK / EDGE) + (uint32_t)(row % job->bricks[1]),
                                 build->chunk.at[2] * (FM_CHUNK / EDGE) + (uint32_t)(row / job->bricks[1])};
         uint32_t *word = (uint32_t *)(void *)octree->words.data + fm_node_at(top, at[0], at[1], at[2]);
-        if (job->nearest[brick] <= BAND) {
+        if (job->nearest[brick] <= build->desc->band) {
             *word = ~(uint32_t)(before + kept++);
         } else {
             const float bound = fminf(job->nearest[brick], job->field->band) - 0.8660255f;

@@ -81,7 +81,7 @@ fm_result fm_octree_build_begin(fm_octree_build *build, const double low[3], con
     build->cell = info->cell;
     build->leaf_most = info->kind == FM_OCTREE_BRICKS ? 0 : (int)info->levels < FM_LEAF_MOST ? (int)info->levels : FM_LEAF_MOST;
     build->grain = info->kind == FM_OCTREE_BRICKS ? FM_BRICK_LEVEL : build->leaf_most;
-    build->margin = sqrt(3) * (2 + (1 << build->leaf_most)) + 0.5;
+    build->margin = (double)fm_octree_reach(build, build->leaf_most) + 0.5;
     build->roots.size = 4;
     build->slots = fm_alloc_zero(allocator, build->chunk_count * sizeof *build->slots, "chunks");
     build->errors = fm_alloc_zero(
@@ -229,9 +229,10 @@ fm_result fm_octree_build_mesh(fm_mesh *mesh, const fm_octree_desc *desc, fm_oct
     FM_TRY(fm_octree_check_desc(desc, &filled));
     FM_TRY(check_attribute(&filled));
     if (filled.kind == FM_OCTREE_BRICKS) {
-        // The top grid is the only one.
+        // The top grid is the only one, and a brick is kept where one of its corners is within the band.
         filled.top_bytes = UINT64_MAX;
         filled.share = false;
+        filled.band = 3;
     }
     FM_TRY(fm_octree_box_of(mesh, &filled, low, high));
     FM_TRY(check_sign(mesh, &filled));

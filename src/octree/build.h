@@ -20,9 +20,6 @@ enum {
 
 static const float FM_ERROR_STEP = 2e-5f;  // in cells of the leaf's level
 
-// A leaf is empty where none of its corners is nearer, in finest cells. Source: Demir and Westermann 2015, section 3.
-static const double FM_EMPTY_BEYOND = 3.4641016151377544;
-
 // A triangle in finest cells, from the box's origin.
 typedef struct fm_cell_triangle {
     double corner[3][3], normal[3], low[3], high[3];
@@ -132,6 +129,8 @@ void fm_octree_far_free(fm_octree_build *build);
 float fm_octree_far_bound(const fm_octree_far *far, int level, uint32_t x, uint32_t y, uint32_t z);
 
 // chunk.c
+// How far the corners of a leaf of a level can be, in finest cells: one of them is within the band of a finest cell's corner.
+float fm_octree_reach(const fm_octree_build *build, int level);
 fm_result fm_octree_chunk_make(fm_octree_build *build);
 void fm_octree_chunk_place(fm_octree_build *build, uint64_t chunk);
 void fm_octree_chunk_free(fm_octree_build *build);

@@ -5,6 +5,10 @@
 
 #include <math.h>
 
+float fm_octree_reach(const fm_octree_build *build, int level) {
+    return (float)(((double)build->desc->band + sqrt(3) * (1 << level)) * 1.0001);
+}
+
 static void set_extent(const fm_octree_build *build, fm_octree_chunk *chunk) {
     for (int axis = 0; axis < 3; axis++) {
         const uint64_t left = build->cells[axis] - (uint64_t)chunk->at[axis] * FM_CHUNK;
@@ -32,7 +36,7 @@ static uint64_t lay_out(const fm_octree_build *build, fm_octree_chunk *chunk, ui
         field->distance = take(base, &used, corners * sizeof *field->distance);
         field->triangles = take(base, &used, corners * sizeof *field->triangles);
         field->vectors = take(base, &used, corners * sizeof *field->vectors);
-        field->band = (float)(sqrt(3) * (2 + (1 << level)) * 1.0001);
+        field->band = fm_octree_reach(build, level);
         fm_octree_nodes *nodes = &chunk->nodes[level];
         const uint64_t count = (uint64_t)nodes->shape[0] * nodes->shape[1] * nodes->shape[2];
         nodes->states = take(base, &used, count);

@@ -65,7 +65,7 @@ static void set_cell(const merge_job *job, uint32_t x, uint32_t y, uint32_t z) {
     const uint64_t i = fm_node_at(nodes->shape, x, y, z);
     const float nearest = nearest_corner(field, x, y, z);
     const bool beyond = outside(job, 0, x, y, z);
-    const bool empty = beyond || (double)nearest > FM_EMPTY_BEYOND;
+    const bool empty = beyond || nearest > job->build->desc->band;
     nodes->states[i] = empty ? FM_NODE_IS_EMPTY : FM_NODE_IS_LEAF;
     nodes->words[i] = float_bits(beyond ? INFINITY : bound_by_corners(field, 0, nearest));
 }

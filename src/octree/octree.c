@@ -25,6 +25,9 @@ static fm_result check_numbers(const fm_octree_desc *desc) {
     if (isnan(desc->threshold)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "threshold is no number");
     }
+    if (desc->band != 0 && !(desc->band >= 1 && desc->band <= 5)) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "band is %g: 1 to 5 cells, or 0 for 2 sqrt(3)", (double)desc->band);
+    }
     for (int axis = 0; axis < 3; axis++) {
         if (!isfinite(desc->low[axis]) || !isfinite(desc->high[axis]) || desc->low[axis] > desc->high[axis]) {
             return fm_fail(FM_ERROR_INVALID_ARGUMENT, "the box runs from %g to %g along axis %d: finite numbers in order",
@@ -45,6 +48,7 @@ fm_result fm_octree_check_desc(const fm_octree_desc *desc, fm_octree_desc *fille
     FM_TRY(check_numbers(filled));
     filled->size = filled->size > 0 ? filled->size : 256;
     filled->threshold = filled->threshold == 0 ? 0.05f : filled->threshold;
+    filled->band = filled->band == 0 ? 3.4641016f : filled->band;
     filled->top_bytes = filled->top_bytes > 0 ? filled->top_bytes : TOP_BYTES;
     filled->host_bytes = filled->host_bytes > 0 ? filled->host_bytes : HOST_BYTES;
     return FM_OK;
