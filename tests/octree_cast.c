@@ -25,9 +25,9 @@ typedef struct cast_case {
 #define OCTREE(of_kind, of_code, of_size) .desc = {.kind = of_kind, .code = of_code, .size = of_size, .top_bytes = 256}
 
 static const cast_case cases[] = {
-    {"spherical", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_SPHERICAL, 64), 0, {0.1, 0.3, 8, 0.004}},
-    {"octahedral", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_OCTAHEDRAL, 64), 0, {0.1, 0.3, 8, 0.004}},
-    {"floats", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_FLOATS, 64), 0, {0.1, 0.3, 8, 0.004}},
+    {"spherical", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_SPHERICAL, 64), 0, {0.15, 0.3, 8, 0.004}},
+    {"octahedral", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_OCTAHEDRAL, 64), 0, {0.15, 0.3, 8, 0.004}},
+    {"floats", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_FLOATS, 64), 0, {0.15, 0.3, 8, 0.004}},
     {"as published", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_SPHERICAL, 64), -0.1f, {0.2, 0.5, 45, 0.004}},
     {"distances", OCTREE(FM_OCTREE_DISTANCE, FM_OCTREE_SPHERICAL, 64), 0, {0.1, 0.5, 8, 0.004}},
     {"distances, sampled", OCTREE(FM_OCTREE_DISTANCE, FM_OCTREE_SPHERICAL, 64), -0.1f, {0.2, 0.5, 8, 0.004}},
@@ -38,9 +38,9 @@ enum { CASES = sizeof cases / sizeof *cases };
 static limits limits_of(const cast_case *c, const shape *s) {
     const limits usual = c->limits;
     if (!s->closed) {
-        return c->desc.kind == FM_OCTREE_DISTANCE ? (limits){1, 1, 90, 0.1} : (limits){usual.off, 0.7, usual.angle, usual.miss};
+        return c->desc.kind == FM_OCTREE_DISTANCE ? (limits){1, 1, 90, 0.1} : (limits){0.25, 0.7, usual.angle, 0.01};
     }
-    return s->closest == shape_rod ? (limits){0.2, 0.5, 2 * usual.angle, 0.06} : usual;
+    return s->closest == shape_rod ? (limits){0.25, 0.5, 2 * usual.angle, 0.06} : usual;
 }
 
 static void set_ray(fm_mesh_ray *ray, const float origin[3], const float way[3]) {

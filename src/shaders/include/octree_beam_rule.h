@@ -50,7 +50,7 @@ FM_RULE fm_octree_beam fm_octree_beam_of(fm_octree_head head, fm_v3 origin, fm_v
     fm_float scale = 1 / head.cell;
     fm_v3 base = fm_v3_of(head.origin[0], head.origin[1], head.origin[2]), from = fm_times(fm_less(origin, base), scale);
     fm_v3 low = fm_times(fm_less(fm_v3_of(head.low[0], head.low[1], head.low[2]), base), scale);
-    fm_v3 high = fm_times(fm_less(fm_v3_of(head.high[0], head.high[1], head.high[2]), base), scale);
+    fm_v3 high = fm_octree_last_place(head);
     fm_v3 middle = fm_times(fm_add(low, high), 0.5f);
     fm_float far = fm_octree_length(fm_less(from, middle)) + fm_octree_length(fm_less(high, middle)) + 1;
     fm_float empty = head.cutoff * scale * (1.0f / 1073741823.0f), t = 0;

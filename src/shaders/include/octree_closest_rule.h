@@ -82,57 +82,99 @@ FM_RULE fm_vcp_near fm_vcp_nearest_plane(fm_vcp_cell cell, fm_v3 u, fm_v3 way, f
     return near;
 }
 
+// The last sample of a ray that has come near to a plane, but not to the surface: while it is near, the trilinear vectors follow
+// each other no farther apart than they are long, also from cell to cell. Lengths in finest cells.
+FM_PUSH_STRUCT(fm_vcp_trail) {
+    fm_v3 v;
+    fm_float t;      // of the ray; below 0: it is not near
+    fm_float loose;  // as fm_vcp_crossed has it: 0 where no plane was within epsilon
+};
+
 // Where the surface is met in a cell.
 FM_PUSH_STRUCT(fm_vcp_found) {
     fm_float s;  // edges of the cell from where the ray was; below 0: nowhere
     fm_int corner;
+    fm_vcp_trail trail;
 };
 
-// Whether a sample's vector says that the ray has gone through the surface since another one: what was ahead is behind. (Past an
-// edge or a rod that is farther than epsilon, vectors turn too, but by less than a right angle between two samples that are no
-// farther apart than the first one's length.)
-FM_RULE bool fm_vcp_crossed(fm_v3 before, fm_v3 now, fm_v3 way) {
-    return fm_dot(before, way) > 0 && fm_dot(now, way) < 0 && fm_dot(before, now) < 0;
+// How far a surface may have been missed by that is met all the same where vectors do not agree on it, in finest cells.
+#define FM_VCP_LOOSE 0.2f
+// ... and how fast it must come nearer: along smooth outlines rays pass by slowly.
+#define FM_VCP_STEEP 0.2f
+
+// Whether the surface that was ahead is behind, though no sample was within epsilon: in creases the vectors to different faces do
+// not cancel. What was ahead is then behind, or is left behind between two samples, at a distance no longer than `loose`. (Past an
+// edge or a rod that is farther, vectors turn, too, but by less than a right angle between samples no farther apart than the first
+// is long.)
+FM_RULE bool fm_vcp_crossed(fm_v3 before, fm_v3 now, fm_v3 way, fm_float step, fm_float loose) {
+    fm_float ahead = fm_dot(before, way), behind = fm_dot(now, way);
+    if (!(ahead > 0 && behind <= 0)) {
+        return false;
+    }
+    fm_v3 beside = fm_add(before, fm_times(fm_less(now, before), ahead / (ahead - behind)));
+    bool turned = ahead - behind > FM_VCP_STEEP * step;
+    return fm_dot(before, now) < 0 || (turned && fm_dot(beside, beside) < loose * loose);
+}
+
+// How far the plane that a vector stands on is along the ray, forwards or back, and at most 2 epsilon.
+FM_RULE fm_float fm_vcp_onto(fm_v3 v, fm_v3 way, fm_float epsilon) {
+    fm_float along = fm_dot(v, way);
+    fm_float on = FM_SIZE_OF(along) > 1e-12f ? fm_dot(v, v) / along : 0.0f;
+    return FM_MIN(FM_MAX(on, -2 * epsilon), 2 * epsilon);
+}
+
+// How far apart samples are: a length is a step, yet of vectors that are not exact half of one loses fewer creases.
+FM_RULE fm_float fm_vcp_pace(fm_float length) {
+    return FM_MAX(length * 0.5f, 0.02f);
 }
 
 #define FM_VCP_TRIES 24
+#define FM_VCP_NEAR 1.5f  // what is farther, in edges of the cell, is not near
 
-FM_RULE fm_vcp_found fm_vcp_in_cell(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_float stay, fm_float epsilon) {
+// `stay` and `epsilon` in edges of the cell, whose edge is `size`; the ray is at `t`.
+FM_RULE fm_vcp_found fm_vcp_in_cell(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_float stay, fm_float epsilon, fm_float size,
+                                    fm_float t, fm_vcp_trail trail) {
     fm_vcp_found found;
     found.s = -1;
     found.corner = 0;
-    fm_float s = 0, last = 0;
-    fm_v3 before = fm_v3_of(0, 0, 0);
+    found.trail = trail;
+    bool near = trail.t >= 0;
+    fm_float last = (trail.t - t) / size;
+    fm_v3 before = fm_times(trail.v, 1 / size);
+    fm_float s = near ? FM_MAX(last + fm_vcp_pace(fm_octree_length(before)), 0.0f) : 0.0f;
     for (int i = 0; i < FM_VCP_TRIES && s <= stay; i++) {
-        fm_vcp_near near = fm_vcp_nearest_plane(cell, fm_add(u, fm_times(way, s)), way, epsilon);
-        found.corner = near.s < FM_INFINITY_F ? near.corner : found.corner;
-        bool out_of = s + near.s > stay;
-        if (out_of && i == 0) {
-            return found;
+        fm_v3 at = fm_add(u, fm_times(way, s));
+        fm_vcp_near plane = fm_vcp_nearest_plane(cell, at, way, epsilon);
+        found.corner = plane.s < FM_INFINITY_F ? plane.corner : found.corner;
+        if (!near) {
+            s += plane.s;
+            if (!(s <= stay)) {
+                break;
+            }
+            at = fm_add(u, fm_times(way, s));
+            plane.s = 0;
         }
-        // After a sample that was not near, the cell's end is one too, so that no surface is stepped over.
-        s = out_of ? stay : s + near.s;
-        fm_v3 v = fm_vcp_trilinear(cell, fm_add(u, fm_times(way, s)));
+        fm_v3 v = fm_vcp_trilinear(cell, at);
         fm_float length = fm_octree_length(v);
-        if (length <= epsilon) {
+        if (length <= epsilon && plane.s <= 0) {
             // Published hits are where the length is epsilon. From there the plane leads onto the surface.
-            fm_float along = fm_dot(v, way);
-            fm_float on = FM_SIZE_OF(along) > 1e-12f ? length * length / along : 0.0f;
-            found.s = FM_MAX(s + FM_MIN(FM_MAX(on, -2 * epsilon), 2 * epsilon), 0.0f);
+            found.s = FM_MAX(s + fm_vcp_onto(v, way, epsilon), 0.0f);
             return found;
         }
-        if (i > 0 && fm_vcp_crossed(before, v, way)) {
+        fm_float loose = plane.s <= 0 ? FM_VCP_LOOSE : 0.0f;
+        if (near && fm_vcp_crossed(before, v, way, s - last, FM_MAX(loose, found.trail.loose) / size)) {
             fm_float from = fm_octree_length(before);
-            found.s = last + (s - last) * from / (from + length);
+            found.s = FM_MAX(last + (s - last) * from / (from + length), 0.0f);
             return found;
         }
-        if (out_of) {
-            return found;
-        }
+        near = fm_dot(v, way) > 0 && length < FM_VCP_NEAR;
         before = v;
+        found.trail.loose = loose;
         last = s;
-        s += FM_MAX(length, 0.02f);
+        s += fm_vcp_pace(length);
     }
+    found.trail.v = fm_times(before, size);
+    found.trail.t = near ? t + last * size : -1.0f;
     return found;
 }
 
@@ -158,11 +200,16 @@ FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray
     fm_octree_met met = fm_octree_nothing();
     fm_octree_spot spot = fm_octree_nowhere();
     fm_uint leaves = 0u;
+    fm_vcp_trail trail;
+    trail.v = fm_v3_of(0, 0, 0);
+    trail.t = -1;
+    trail.loose = 0;
     fm_float t = 0;
     for (int i = 0; i < FM_CAST_STEPS && t <= ray.far; i++) {
         fm_v3 place = fm_add(ray.from, fm_times(ray.way, t));
         spot = fm_octree_seek(head, spot, place);
         if (!fm_octree_is_leaf(spot.word)) {
+            trail.t = -1;
             t += fm_octree_empty_step(ray, spot, place);
             continue;
         }
@@ -177,11 +224,13 @@ FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray
         fm_float room =
             size * (fm_vcp_length(head, words, leaf, nearest, size) - fm_octree_length(fm_less(u, fm_octree_corner_of(nearest))));
         if (room > stay + epsilon) {
+            trail.t = -1;
             t += FM_MAX(room - epsilon, stay + ray.nudge);
             continue;
         }
         fm_vcp_cell cell = fm_vcp_cell_of(head, words, leaf, size);
-        fm_vcp_found found = fm_vcp_in_cell(cell, u, ray.way, stay * inverse, epsilon * inverse);
+        fm_vcp_found found = fm_vcp_in_cell(cell, u, ray.way, stay * inverse, epsilon * inverse, size, t, trail);
+        trail = found.trail;
         if (found.s >= 0) {
             u = fm_add(u, fm_times(ray.way, found.s));
             met = fm_octree_meet(head, ray, t + found.s * size, fm_vcp_normal(cell, u, found.corner), spot.level);

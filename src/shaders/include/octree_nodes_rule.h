@@ -30,16 +30,22 @@ FM_RULE fm_float fm_octree_cells(fm_octree_head head, fm_int axis) {
     return FM_F(head.top[axis]) * FM_F(1 << head.levels);
 }
 
+// The last place of the box that is in a cell of its own: on the box's upper faces there is none, or one that no build has looked
+// at.
+FM_RULE fm_v3 fm_octree_last_place(fm_octree_head head) {
+    fm_float scale = 0.9999999f / head.cell;
+    return fm_v3_of(scale * (head.high[0] - head.origin[0]), scale * (head.high[1] - head.origin[1]),
+                    scale * (head.high[2] - head.origin[2]));
+}
+
 FM_RULE fm_octree_ray fm_octree_enter(fm_octree_head head, fm_v3 origin, fm_v3 way, fm_float first, fm_float last) {
     fm_octree_span span = fm_octree_clip(head, origin, way, first, last);
     fm_float scale = 1 / head.cell;
     fm_v3 from = fm_add(fm_less(origin, fm_v3_of(head.origin[0], head.origin[1], head.origin[2])), fm_times(way, span.first));
-    fm_v3 most = fm_v3_of(fm_octree_cells(head, 0), fm_octree_cells(head, 1), fm_octree_cells(head, 2));
+    fm_v3 most = fm_octree_last_place(head);
     fm_octree_ray ray;
-    // On the upper faces of the grid there is no cell: just below.
-    ray.from = fm_v3_of(FM_MIN(FM_MAX(from.x * scale, 0.0f), most.x * 0.9999999f),
-                        FM_MIN(FM_MAX(from.y * scale, 0.0f), most.y * 0.9999999f),
-                        FM_MIN(FM_MAX(from.z * scale, 0.0f), most.z * 0.9999999f));
+    ray.from = fm_v3_of(FM_MIN(FM_MAX(from.x * scale, 0.0f), most.x), FM_MIN(FM_MAX(from.y * scale, 0.0f), most.y),
+                        FM_MIN(FM_MAX(from.z * scale, 0.0f), most.z));
     ray.way = way;
     ray.inverse = fm_v3_of(fm_octree_inverse(way.x), fm_octree_inverse(way.y), fm_octree_inverse(way.z));
     ray.begin = span.first;
