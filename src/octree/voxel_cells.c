@@ -39,6 +39,13 @@ void fm_voxel_count(fm_voxel_trees *trees, uint32_t level, const fm_voxel_ref *c
     trees->unshared += away ? UINT64_MAX - words + 1 : words;
 }
 
+void fm_voxel_count_top(fm_voxel_trees *trees, const fm_voxel_ref *cell, bool away) {
+    fm_octree_info *info = &trees->octree->info;
+    const uint64_t one = away ? UINT64_MAX : 1;
+    info->leaves[info->levels] += cell->type == FM_REF_SOLID ? one : 0;
+    info->empty += cell->type == FM_REF_EMPTY ? one : 0;
+}
+
 // The same for all that is in a cell.
 static void count_away(fm_voxel_trees *trees, uint32_t level, const fm_voxel_ref *cell) {
     if (cell->type == FM_REF_NODE) {
@@ -216,6 +223,18 @@ fm_result fm_voxel_changed(fm_voxel_trees *trees, fm_voxel_feed *feed, uint32_t 
     return fm_voxel_joined(trees, level, after, cell);
 }
 
+// The top grid is that of an empty octree until then, whose cells have been counted.
+static fm_result put_top(fm_voxel_trees *trees, const uint32_t top[3], const fm_voxel_ref *cell) {
+    const uint32_t *count = trees->octree->info.top;
+    static const fm_voxel_ref empty = {0};
+    uint32_t word;
+    FM_TRY(trees->kind->place(trees, cell, &word));
+    fm_voxel_words(trees)[top[0] + (uint64_t)count[0] * (top[1] + (uint64_t)count[1] * top[2])] = word;
+    fm_voxel_count_top(trees, &empty, true);
+    fm_voxel_count_top(trees, cell, false);
+    return FM_OK;
+}
+
 // Top cells that are smaller than what is read at a time: those of one tile.
 static fm_result small_tops(fm_voxel_trees *trees, fm_voxel_feed *feed, const uint32_t tile[3]) {
     const fm_octree_info *info = &trees->octree->info;
@@ -236,10 +255,8 @@ static fm_result small_tops(fm_voxel_trees *trees, fm_voxel_feed *feed, const ui
         const block part = {voxels.at + ((uint64_t)in[0] + voxels.row * in[1] + voxels.slice * in[2]) * (1u << info->levels),
                             voxels.row, voxels.slice};
         fm_voxel_ref cell;
-        uint32_t word;
         FM_TRY(from_block(trees, feed, part, info->levels, at, &cell));
-        FM_TRY(trees->kind->place(trees, &cell, &word));
-        fm_voxel_words(trees)[top[0] + (uint64_t)info->top[0] * (top[1] + (uint64_t)info->top[1] * top[2])] = word;
+        FM_TRY(put_top(trees, top, &cell));
     }
     return FM_OK;
 }
@@ -248,11 +265,8 @@ static fm_result large_top(fm_voxel_trees *trees, fm_voxel_feed *feed, const uin
     const fm_octree_info *info = &trees->octree->info;
     const uint32_t corner[3] = {top[0] << info->levels, top[1] << info->levels, top[2] << info->levels};
     fm_voxel_ref cell;
-    uint32_t word;
     FM_TRY(fm_voxel_cell(trees, feed, info->levels, corner, &cell));
-    FM_TRY(trees->kind->place(trees, &cell, &word));
-    fm_voxel_words(trees)[top[0] + (uint64_t)info->top[0] * (top[1] + (uint64_t)info->top[1] * top[2])] = word;
-    return FM_OK;
+    return put_top(trees, top, &cell);
 }
 
 fm_result fm_voxel_all(fm_voxel_trees *trees, fm_voxel_feed *feed) {

@@ -67,7 +67,7 @@ static void forget(fm_octree *octree) {
 
 // The top grid, empty, and what makes the words behind it begin where a kind's nodes may.
 static fm_result begin_words(fm_voxel_trees *trees) {
-    const uint64_t tops = fm_voxel_tops(trees->octree), all = fm_round_up(tops, 24);
+    const uint64_t tops = fm_voxel_tops(trees->octree), all = fm_round_up(tops, 8);
     const fm_voxel_ref empty = {0};
     uint64_t first;
     uint32_t word;
@@ -95,7 +95,7 @@ static void counted(fm_voxel_trees *trees) {
     fm_octree_info *info = &octree->info;
     fm_octree_counted(octree);
     info->internal = trees->kind->shared ? trees->node_count : trees->internal;
-    info->unshared_bytes = trees->kind->shared ? (fm_round_up(fm_voxel_tops(octree), 24) + trees->unshared) * sizeof(uint32_t)
+    info->unshared_bytes = trees->kind->shared ? (fm_round_up(fm_voxel_tops(octree), 8) + trees->unshared) * sizeof(uint32_t)
                                                : info->node_bytes + info->leaf_bytes + info->attribute_bytes;
 }
 
@@ -205,7 +205,7 @@ static fm_result trees_of(fm_octree *octree, fm_voxel_trees **trees) {
         octree->state = *trees;
         octree->forget = forget;
         (*trees)->internal = octree->info.internal;
-        (*trees)->unshared = octree->info.unshared_bytes / sizeof(uint32_t) - fm_round_up(fm_voxel_tops(octree), 24);
+        (*trees)->unshared = octree->info.unshared_bytes / sizeof(uint32_t) - fm_round_up(fm_voxel_tops(octree), 8);
         (*trees)->compact = elements(octree);
         if ((*trees)->kind->shared) {
             const fm_result result = compact(octree);  // which finds its nodes
@@ -241,6 +241,7 @@ static fm_result fill(fm_octree *octree, fm_voxel_feed *feed) {
     octree->state = trees;
     octree->forget = forget;
     FM_TRY(begin_words(trees));
+    octree->info.empty = fm_voxel_tops(octree);
     FM_TRY(fm_voxel_all(trees, feed));
     trees->compact = elements(octree);
     counted(trees);
@@ -359,7 +360,12 @@ static fm_result change_top(fm_octree *octree, fm_voxel_feed *feed, const uint32
     change->word = fm_voxel_words(trees)[change->at];
     const fm_voxel_ref old = trees->kind->placed(trees, change->word);
     FM_TRY(fm_voxel_changed(trees, feed, levels, corner, boxes, count, &old, &cell));
-    return memcmp(&old, &cell, sizeof cell) == 0 ? FM_OK : trees->kind->place(trees, &cell, &change->word);
+    if (memcmp(&old, &cell, sizeof cell) == 0) {
+        return FM_OK;
+    }
+    fm_voxel_count_top(trees, &old, true);
+    fm_voxel_count_top(trees, &cell, false);
+    return trees->kind->place(trees, &cell, &change->word);
 }
 
 static uint64_t most_tops(const fm_octree *octree, const fm_box *boxes, uint32_t count) {

@@ -82,6 +82,8 @@ fm_result fm_voxel_all(fm_voxel_trees *trees, fm_voxel_feed *feed);
 fm_result fm_voxel_joined(fm_voxel_trees *trees, uint32_t level, const fm_voxel_ref *children, fm_voxel_ref *cell);
 // Counts children among what `info` tells, or no longer.
 void fm_voxel_count(fm_voxel_trees *trees, uint32_t level, const fm_voxel_ref *children, bool away);
+// A top cell that is no node.
+void fm_voxel_count_top(fm_voxel_trees *trees, const fm_voxel_ref *cell, bool away);
 
 static inline uint64_t fm_voxel_tops(const fm_octree *octree) {
     return (uint64_t)octree->info.top[0] * octree->info.top[1] * octree->info.top[2];

@@ -3,12 +3,15 @@
 #define FM_OCTREE_TREE64_RULE_H
 
 // TREE64: a node is three words. A bit of the first two says for each of 4^3 children (x + 4 y + 16 z, from the lowest on) whether
-// anything is there. The third: of a node, the number of the first of its children that are there, which follow each other (node i
-// is words [3 i, 3 i + 3)). FM_TREE64_LEAF: the children are solid, and values[index] is the number of the first of them; those of
-// the others follow, but for FM_TREE64_SAME, where all have that one. A solid cell among nodes is a leaf with all bits set. Top
-// cells are of even levels; their words are numbers of nodes, 0 where nothing is there.
+// anything is there. The third: of a node, where the first of its children that are there begins, and the others follow.
+// FM_TREE64_LEAF: the children are solid, and values[index] is the number of the first of them; those of the others follow, but
+// where FM_TREE64_SAME is set all have that one. A solid cell among nodes is a leaf with all bits set. FM_TREE64_SAME without
+// FM_TREE64_LEAF: all children are leaves of one number. That stands once, in the word in front of the first of them, and they are
+// two words each: most of a surface costs 8 bytes for 4^3 voxels.
 //
-// A read is a node (12 bytes), a word of the top grid, or a voxel's number.
+// Top cells are of even levels; their words are where their nodes begin, 0 where nothing is there.
+//
+// A read is a node (12 or 8 bytes), a word of the top grid, or where a voxel's number is and the number.
 
 #include "octree_walk_rule.h"
 
@@ -25,11 +28,13 @@ FM_RULE fm_uint fm_tree64_before(fm_uint low, fm_uint high, fm_uint at) {
 
 FM_RULE fm_octree_met fm_cast_tree64(fm_octree_head head, fm_v3 origin, fm_v3 way, fm_float first, fm_float last) {
     fm_octree_walk walk = fm_walk_begin(head, origin, way, first);
-    fm_uint path[FM_WALK_LEVELS / 2 + 1];  // numbers of nodes, by half their level
+    fm_uint path[FM_WALK_LEVELS / 2 + 1];  // where nodes begin, by half their level
     fm_uint reads = 0u, low = 0u, high = 0u, base = 0u;
     int level = head.levels;  // of the node in `low`, `high`, `base`
     int joint = level + 1;
     bool fresh = true;  // these are not read yet
+    bool thin = false;  // it has no third word
+    fm_uint number_at = 0u;
     while (fm_walk_inside(walk) && walk.t <= last) {
         bool there = true;
         if (joint > level) {
@@ -40,14 +45,15 @@ FM_RULE fm_octree_met fm_cast_tree64(fm_octree_head head, fm_v3 origin, fm_v3 wa
                 reads++;
             }
             fresh = true;
+            thin = false;
         }
         int skip = level;
         while (there) {
             if (fresh) {
-                const fm_uint at = path[level / 2] * FM_U(FM_TREE64_WORDS);
+                const fm_uint at = path[level / 2];
                 low = FM_WORD(head.words, at);
                 high = FM_WORD(head.words, at + 1u);
-                base = FM_WORD(head.words, at + 2u);
+                base = thin ? FM_TREE64_LEAF | FM_TREE64_SAME : FM_WORD(head.words, at + 2u);
                 reads++;
                 fresh = false;
             }
@@ -61,14 +67,17 @@ FM_RULE fm_octree_met fm_cast_tree64(fm_octree_head head, fm_v3 origin, fm_v3 wa
             const fm_uint before = fm_tree64_before(low, high, child);
             const fm_uint first_one = base & FM_TREE64_INDEX;
             if ((base & FM_TREE64_LEAF) != 0u) {
-                const fm_uint value = FM_WORD(head.values, first_one + ((base & FM_TREE64_SAME) != 0u ? 0u : before));
-                return fm_walk_met(walk, way, value, reads + 1u, level - 2);
+                const fm_uint place = thin ? FM_WORD(head.words, number_at) : first_one;
+                const fm_uint value = FM_WORD(head.values, place + ((base & FM_TREE64_SAME) != 0u ? 0u : before));
+                return fm_walk_met(walk, way, value, reads + (thin ? 2u : 1u), level - 2);
             }
             if (level < 4) {
                 return fm_walk_missed(reads);  // no file that was checked has such a node
             }
             level -= 2;
-            path[level / 2] = first_one + before;
+            thin = (base & FM_TREE64_SAME) != 0u;
+            number_at = first_one - 1u;
+            path[level / 2] = first_one + before * (thin ? 2u : FM_U(FM_TREE64_WORDS));
             fresh = true;
         }
         const fm_octree_walk next = fm_walk_leave(walk, skip);
