@@ -8,9 +8,10 @@
 #include "octree/build.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-enum { MARGIN = 8, ROUNDS = 8, SLAB = 8 };
+enum { MARGIN = 8, ROUNDS = 8, SLAB = 8, LONGEST = FM_CHUNK + 2 * MARGIN + 1, ROW = LONGEST + 2 };
 
 // What is known at the corners of a lattice that reaches beyond the chunk.
 struct fm_octree_growth {
@@ -49,7 +50,7 @@ void fm_octree_growth_free(fm_octree_build *build) {
     fm_free(allocator, g->next_triangles, g->room * sizeof *g->next_triangles);
     fm_free(allocator, g->changed, g->room);
     fm_free(allocator, g->next_changed, g->room);
-    fm_free(allocator, g->slices, FM_CHUNK + 2 * MARGIN + 1);
+    fm_free(allocator, g->slices, LONGEST);
     fm_free(allocator, g, sizeof *g);
     build->growth = NULL;
 }
@@ -74,7 +75,7 @@ static fm_result growth_make(fm_octree_build *build) {
     g->next_triangles = fm_alloc(allocator, room * sizeof *g->next_triangles, "a chunk's growth");
     g->changed = fm_alloc(allocator, room, "a chunk's growth");
     g->next_changed = fm_alloc(allocator, room, "a chunk's growth");
-    g->slices = fm_alloc(allocator, FM_CHUNK + 2 * MARGIN + 1, "a chunk's growth");
+    g->slices = fm_alloc(allocator, LONGEST, "a chunk's growth");
     const bool made = g->distance2 && g->next_distance2 && g->triangles && g->next_triangles && g->changed && g->next_changed;
     return made && g->slices ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }
@@ -171,6 +172,7 @@ static void seed_slabs(void *user, uint64_t first, uint64_t last, uint32_t worke
 static void grow_corner(const growth *g, const uint32_t corner[3], uint64_t own) {
     uint32_t tried[26], count = 0, best = g->triangles[own];
     double distance2 = g->distance2[own];
+    const double step = (double)(1u << g->level);
     for (uint32_t n = 0; n < 27; n++) {
         const uint32_t at[3] = {corner[0] + n % 3 - 1, corner[1] + n / 3 % 3 - 1, corner[2] + n / 9 - 1};
         if (n == 13 || at[0] >= g->shape[0] || at[1] >= g->shape[1] || at[2] >= g->shape[2]) {
@@ -178,6 +180,12 @@ static void grow_corner(const growth *g, const uint32_t corner[3], uint64_t own)
         }
         const uint64_t i = fm_node_at(g->shape, at[0], at[1], at[2]);
         if (!g->changed[i] || g->triangles[i] == g->triangles[own]) {
+            continue;
+        }
+        // No place is nearer to a triangle than its neighbour is, less the way between them.
+        const double way = sqrt((double)(abs((int)(n % 3) - 1) + abs((int)(n / 3 % 3) - 1) + abs((int)(n / 9) - 1))) * step;
+        const double least = sqrt(g->distance2[i]) - way;
+        if (least > 0 && least * least > distance2 * (1 + 1e-9)) {
             continue;
         }
         uint32_t k = 0;
@@ -199,17 +207,46 @@ static void grow_corner(const growth *g, const uint32_t corner[3], uint64_t own)
     g->next_changed[own] = best != g->triangles[own];
 }
 
+// Which corners of a row have a neighbour that changed, or did so themselves. False: none.
+static bool row_to_do(const growth *g, uint32_t y, uint32_t z, uint8_t *wanted) {
+    const uint32_t size = g->shape[0];
+    uint8_t beside[ROW] = {0}, any = 0;
+    for (uint32_t k = z > 0 ? z - 1 : 0; k <= z + 1 && k < g->shape[2]; k++) {
+        for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && j < g->shape[1]; j++) {
+            const uint8_t *row = g->changed + fm_node_at(g->shape, 0, j, k);
+            for (uint32_t x = 0; x < size; x++) {
+                beside[x + 1] |= row[x];
+            }
+        }
+    }
+    for (uint32_t x = 0; x < size; x++) {
+        wanted[x] = beside[x] | beside[x + 1] | beside[x + 2];
+        any |= wanted[x];
+    }
+    return any;
+}
+
 static void grow_slices(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
     const growth *g = user;
+    const uint64_t size = g->shape[0];
     (void)worker;
     for (uint32_t z = (uint32_t)begin; z < end; z++) {
         uint8_t any = 0;
         for (uint32_t y = 0; y < g->shape[1]; y++) {
-            for (uint32_t x = 0; x < g->shape[0]; x++) {
-                const uint32_t corner[3] = {x, y, z};
-                const uint64_t i = fm_node_at(g->shape, x, y, z);
-                grow_corner(g, corner, i);
-                any |= g->next_changed[i];
+            const uint64_t row = fm_node_at(g->shape, 0, y, z);
+            uint8_t wanted[ROW];
+            memcpy(g->next_distance2 + row, g->distance2 + row, size * sizeof *g->distance2);
+            memcpy(g->next_triangles + row, g->triangles + row, size * sizeof *g->triangles);
+            memset(g->next_changed + row, 0, size);
+            if (!row_to_do(g, y, z, wanted)) {
+                continue;
+            }
+            for (uint32_t x = 0; x < size; x++) {
+                if (wanted[x]) {
+                    const uint32_t corner[3] = {x, y, z};
+                    grow_corner(g, corner, row + x);
+                    any |= g->next_changed[row + x];
+                }
             }
         }
         g->slices[z] = any;
