@@ -16,29 +16,47 @@ static const fm_octree_array *array_of(const fm_octree *octree, int i) {
     return i == WORDS ? &octree->words : i == VALUES ? &octree->values : i == ATTRIBUTES ? &octree->attributes : &octree->extra;
 }
 
-static fm_result upload(const fm_octree *octree, struct fm_gpu_octree *own, int i) {
+// Elements [begin, end) of an array.
+static fm_result send(const fm_octree_array *array, fm_buffer *buffer, uint64_t begin, uint64_t end) {
+    const uint64_t from = begin * array->size, bytes = end > begin ? (end - begin) * array->size : 0;
+    return bytes > 0 ? fm_buffer_upload_at(buffer, from, array->data + from, bytes) : FM_OK;
+}
+
+// `change`: what alone has to be sent; NULL: everything.
+static fm_result upload(const fm_octree *octree, struct fm_gpu_octree *own, int i, const fm_octree_change *change) {
     const fm_octree_array *array = array_of(octree, i);
     const uint64_t bytes = array->count * array->size;
     if (bytes > own->room[i]) {
+        // What has grown once is likely to grow again.
+        const uint64_t room = own->room[i] > 0 ? fm_max_u64(bytes, own->room[i] + own->room[i] / 2) : bytes;
         fm_buffer_destroy(own->arrays[i]);
         own->arrays[i] = NULL;
         own->room[i] = 0;
-        FM_TRY(fm_buffer_create(octree->context->gpu, FM_PURPOSE_OCTREES, bytes, false, &own->arrays[i]));
-        own->room[i] = bytes;
+        FM_TRY(fm_buffer_create(octree->context->gpu, FM_PURPOSE_OCTREES, room, false, &own->arrays[i]));
+        own->room[i] = room;
+        change = NULL;
     }
-    return bytes > 0 ? fm_buffer_upload_at(own->arrays[i], 0, array->data, bytes) : FM_OK;
+    if (!change) {
+        return send(array, own->arrays[i], 0, array->count);
+    }
+    if (i == WORDS) {
+        FM_TRY(send(array, own->arrays[i], change->low, change->high));
+    }
+    return send(array, own->arrays[i], change->kept[i], array->count);
 }
 
 static uint64_t address_of(const struct fm_gpu_octree *own, int i) {
     return own->arrays[i] ? fm_buffer_address(own->arrays[i]) : 0;
 }
 
-static fm_result bring(const fm_octree *octree, struct fm_gpu_octree *own) {
+static fm_result bring(const fm_octree *octree, struct fm_gpu_octree *own, uint64_t there) {
+    const fm_octree_change *known = &octree->change;
+    const bool part = there != 0 && known->until == octree->version && known->since <= there;
     fm_gpu *gpu = octree->context->gpu;
     // Buffers that grow are given back, which pictures in flight may read.
     FM_TRY(fm_gpu_wait(gpu, fm_gpu_newest(gpu)));
     for (int i = 0; i < ARRAYS; i++) {
-        FM_TRY(upload(octree, own, i));
+        FM_TRY(upload(octree, own, i, part ? known : NULL));
     }
     fm_octree_head head = fm_octree_host_head(octree);
     head.words = address_of(own, WORDS);
@@ -61,9 +79,11 @@ fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address) {
     }
     struct fm_gpu_octree *own = octree->gpu;
     if (own->version != octree->version) {
+        const uint64_t there = own->version;
         own->version = 0;
-        FM_TRY(bring(octree, own));
+        FM_TRY(bring(octree, own, there));
         own->version = octree->version;
+        octree->change = (fm_octree_change){0};
     }
     *address = fm_buffer_address(own->head);
     return FM_OK;

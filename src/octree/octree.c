@@ -185,6 +185,21 @@ void fm_octree_counted(fm_octree *octree) {
     octree->version++;
 }
 
+void fm_octree_note_change(fm_octree *octree, const fm_octree_change *change) {
+    fm_octree_change *all = &octree->change;
+    if (all->until != octree->version) {
+        *all = *change;
+        all->since = octree->version;
+    } else {
+        for (int i = 0; i < 4; i++) {
+            all->kept[i] = fm_min_u64(all->kept[i], change->kept[i]);
+        }
+        all->low = all->low < all->high ? fm_min_u64(all->low, change->low) : change->low;
+        all->high = fm_max_u64(all->high, change->high);
+    }
+    all->until = octree->version + 1;
+}
+
 fm_octree_head fm_octree_host_head(const fm_octree *octree) {
     fm_octree_head head = octree->head;
     head.mark = (int32_t)octree->info.attribute;

@@ -18,6 +18,13 @@ typedef struct fm_octree_array {
     uint32_t size;
 } fm_octree_array;
 
+// What has changed between two versions of the arrays. Array i (words, values, attributes, extra) is as it was up to element
+// kept[i], but for words [low, high).
+typedef struct fm_octree_change {
+    uint64_t since, until;
+    uint64_t kept[4], low, high;
+} fm_octree_change;
+
 struct fm_octree {
     fm_context *context;
     fm_octree_desc desc;  // as given, with defaults filled in and pointers NULL
@@ -29,7 +36,8 @@ struct fm_octree {
     fm_octree_array extra;       // of 4 bytes
     void *state;                 // what updates of the kind need besides (octree_voxels.c), freed by `forget`
     void (*forget)(fm_octree *octree);
-    uint64_t version;  // rises with every change of the arrays
+    uint64_t version;         // rises with every change of the arrays
+    fm_octree_change change;  // up to the newest version, or an earlier one where not all is known
     // Not NULL: the arrays are those of a mapped file (room 0), and this gives it back.
     void (*unmap)(fm_octree *octree);
     void *mapped;
@@ -49,6 +57,8 @@ bool fm_octree_reserve(fm_octree *octree, fm_octree_array *array, uint64_t more)
 void fm_octree_array_free(fm_octree *octree, fm_octree_array *array);
 // Counts what `info` tells of the arrays: called when a build or an update is complete.
 void fm_octree_counted(fm_octree *octree);
+// Called before fm_octree_counted by an update that left the arrays as the change says, whose versions do not count.
+void fm_octree_note_change(fm_octree *octree, const fm_octree_change *change);
 // The head with the addresses of the host's arrays.
 fm_octree_head fm_octree_host_head(const fm_octree *octree);
 

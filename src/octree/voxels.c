@@ -400,15 +400,18 @@ static fm_result change_tops(fm_octree *octree, fm_voxel_feed *feed, const fm_bo
     return FM_OK;
 }
 
-static void commit(fm_octree *octree, const top_change *changes, uint64_t count) {
+static void commit(fm_octree *octree, const mark *before, const top_change *changes, uint64_t count) {
     fm_voxel_trees *trees = octree->state;
+    const uint64_t slack = 1 << 16;
+    fm_octree_change change = {.kept = {before->words, before->values, before->attributes, before->extra}, .low = UINT64_MAX};
     for (uint64_t i = 0; i < count; i++) {
         fm_voxel_words(trees)[changes[i].at] = changes[i].word;
+        change.low = fm_min_u64(change.low, changes[i].at);
+        change.high = fm_max_u64(change.high, changes[i].at + 1);
     }
-    const uint64_t slack = 1 << 16;
-    if (elements(octree) > 2 * trees->compact + slack) {
-        // Without memory for it the octree stays as large as it is, and the next update tries again.
-        (void)compact(octree);
+    // Without memory for a copy the octree stays as large as it is, and the next update tries again.
+    if (elements(octree) <= 2 * trees->compact + slack || compact(octree) != FM_OK) {
+        fm_octree_note_change(octree, &change);
     }
     counted(octree->state);
 }
@@ -432,7 +435,7 @@ static fm_result update_boxes(fm_octree *octree, fm_voxel_feed *feed, const fm_b
     if (result != FM_OK) {
         go_back(octree, &before);
     } else {
-        commit(octree, changes, changed);
+        commit(octree, &before, changes, changed);
     }
     fm_free(allocator, seen, seen_bytes);
     fm_free(allocator, changes, most * sizeof *changes);
