@@ -122,13 +122,14 @@ static void check_octree(const char *name, fm_mesh *mesh, fm_octree *octree) {
 static void check_mesh(fm_context *context, const char *name, scene_mesh *scene) {
     static const fm_octree_desc descs[] = {{.size = 90},
                                            {.size = 90, .code = FM_OCTREE_OCTAHEDRAL, .method = FM_OCTREE_GROWN},
-                                           {.kind = FM_OCTREE_DISTANCE, .size = 90}};
+                                           {.kind = FM_OCTREE_DISTANCE, .size = 90},
+                                           {.kind = FM_OCTREE_BRICKS, .size = 90}};
     const fm_mesh_desc desc = scene_mesh_describe(scene);
     fm_mesh *mesh = NULL;
     if (!CHECK_OK(fm_mesh_create(context, &desc, &mesh))) {
         return;
     }
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 4; i++) {
         fm_octree *octree = NULL;
         if (CHECK_OK(fm_octree_build_mesh(mesh, &descs[i], &octree))) {
             check_octree(name, mesh, octree);

@@ -78,10 +78,10 @@ typedef struct fm_octree_renderer fm_octree_renderer;
 FM_API fm_result fm_octree_renderer_create(fm_context *context, fm_octree_renderer **renderer);
 FM_API void fm_octree_renderer_destroy(fm_octree_renderer *renderer);
 // Asynchronous on Vulkan, complete at `ticket` (NULL: waits). Passes: "beams" where the kind has bounds for them (CLOSEST,
-// DISTANCE, VOXELS), "primary", "second" where there are secondary rays. Of a clear surface reflection and refraction follow from
-// the angle (Fresnel); its rays are followed through both interfaces, and their colour is that of the sky or of what is lit behind.
-// Errors: FM_ERROR_INVALID_ARGUMENT for NULL, numbers out of range, an octree of another context; FM_ERROR_OUT_OF_HOST_MEMORY,
-// FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
+// DISTANCE, VOXELS, BRICKS), "primary", "second" where there are secondary rays. Of a clear surface reflection and refraction
+// follow from the angle (Fresnel); its rays are followed through both interfaces, and their colour is that of the sky or of what is
+// lit behind. Errors: FM_ERROR_INVALID_ARGUMENT for NULL, numbers out of range, an octree of another context;
+// FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
 FM_API fm_result fm_octree_render(fm_octree_renderer *renderer, const fm_octree_render_desc *desc, fm_ticket *ticket);
 // Each waits for the newest picture: RGBA of 8 bits (sRGB, opaque), top row first; or of each pixel what its ray hit.
 FM_API fm_result fm_octree_renderer_read(fm_octree_renderer *renderer, uint8_t *pixels);

@@ -10,7 +10,7 @@
 
 // Kinds whose nodes are those of octree_nodes_rule.h.
 FM_RULE bool fm_octree_has_beams(fm_int kind) {
-    return kind == FM_GPU_CLOSEST || kind == FM_GPU_DISTANCE || kind == FM_GPU_VOXELS;
+    return kind == FM_GPU_CLOSEST || kind == FM_GPU_DISTANCE || kind == FM_GPU_VOXELS || kind == FM_GPU_BRICKS;
 }
 
 // A place of the octree's box, and no less than how far the surface is from there; all in finest cells.
@@ -21,14 +21,15 @@ FM_RULE fm_float fm_octree_clearance(fm_octree_head head, fm_octree_spot spot, f
     if (head.kind == FM_GPU_VOXELS) {
         return 0;
     }
-    fm_float size = FM_F(1 << spot.level);
-    fm_v3 u = fm_times(fm_less(place, fm_octree_corner(spot)), 1 / size);
+    fm_octree_spot own = fm_distance_spot(head, spot);
+    fm_float size = FM_F(1 << own.level);
+    fm_v3 u = fm_times(fm_less(place, fm_octree_corner(own)), 1 / size);
     fm_uint leaf = fm_octree_leaf_of(spot);
     fm_int corner = fm_octree_nearest_corner(u);
     fm_float length = 0;
-    if (head.kind == FM_GPU_DISTANCE) {
-        uint64_t at = FM_LONG(leaf) * FM_COLUMN_VALUES + FM_LONG(4 * (corner & 1) + (corner >> 1));
-        length = FM_SIZE_OF(FM_REAL(head.values, at)) / (head.cell * size);
+    if (head.kind != FM_GPU_CLOSEST) {
+        fm_octree_eight words = fm_distance_words(head, own);
+        length = FM_SIZE_OF(fm_distance_cell(words, u, 1 / (head.cell * size), 0.0f).v[corner]);
     } else {
         length = fm_vcp_length(head, fm_octree_words_of(head.values, leaf), leaf, corner, size);
     }

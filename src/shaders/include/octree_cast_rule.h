@@ -18,7 +18,7 @@ FM_RULE fm_octree_met fm_cast_octree(fm_octree_head head, fm_v3 origin, fm_v3 wa
     if (head.kind == FM_GPU_CLOSEST) {
         return fm_cast_closest(head, origin, way, first, last, epsilon);
     }
-    if (head.kind == FM_GPU_DISTANCE) {
+    if (head.kind == FM_GPU_DISTANCE || head.kind == FM_GPU_BRICKS) {
         return fm_cast_distance(head, origin, way, first, last, epsilon);
     }
     if (head.kind == FM_GPU_VOXELS) {

@@ -2,7 +2,8 @@
 #ifndef FM_OCTREE_DISTANCE_RULE_H
 #define FM_OCTREE_DISTANCE_RULE_H
 
-// Rays through octrees of signed distances: one text for C and GLSL. A read is that of a node, or of the eight distances of a leaf.
+// Rays through octrees and bricks of signed distances: one text for C and GLSL. A read is that of a node, or of the eight distances
+// of a leaf or of a cell of a brick.
 //
 // In a leaf the field is trilinear, and along a ray a cubic, whose first zero is the surface. Source: Soederlund, Evans and
 // Akenine-Moeller 2022, "Ray tracing of signed distance function grids". As published for octrees (`stepped`; Demir and Westermann
@@ -16,7 +17,29 @@
 // that the surface cuts in half they are no less than half of one.
 #define FM_UNSIGNED_THICKNESS 0.75f
 
-// The distances of a leaf in edges of its cell.
+// The cell whose corners' distances are known around a place in a leaf: the leaf, or one of a brick's.
+FM_RULE fm_octree_spot fm_distance_spot(fm_octree_head head, fm_octree_spot spot) {
+    fm_octree_spot cell = spot;
+    cell.level = head.kind == FM_GPU_BRICKS ? 0 : spot.level;
+    return cell;
+}
+
+FM_RULE fm_octree_eight fm_distance_words(fm_octree_head head, fm_octree_spot spot) {
+    fm_uint leaf = fm_octree_leaf_of(spot);
+    if (head.kind != FM_GPU_BRICKS) {
+        return fm_octree_words_of(head.values, leaf);
+    }
+    fm_int edge = (1 << FM_BRICK_LEVEL) + 1, last = edge - 2;
+    uint64_t first = FM_LONG(leaf) * FM_LONG(FM_BRICK_VALUES) +
+                     FM_LONG((spot.cell[0] & last) + edge * ((spot.cell[1] & last) + edge * (spot.cell[2] & last)));
+    fm_octree_eight eight;
+    for (int i = 0; i < 8; i++) {
+        eight.v[i] = FM_WORD(head.values, first + FM_LONG((i & 1) + edge * ((i >> 1 & 1) + edge * (i >> 2))));
+    }
+    return eight;
+}
+
+// The distances of a cell in its edges.
 FM_RULE fm_cell fm_distance_cell(fm_octree_eight words, fm_v3 u, fm_float scale, fm_float less) {
     fm_cell cell;
     for (int i = 0; i < 8; i++) {
@@ -93,10 +116,10 @@ FM_RULE fm_octree_met fm_distance_by_cells(fm_octree_head head, fm_octree_ray ra
             t += fm_octree_empty_step(ray, spot, place);
             continue;
         }
-        fm_float size = FM_F(1 << spot.level), inverse = 1 / size;
-        fm_v3 corner = fm_octree_corner(spot), u = fm_times(fm_less(place, corner), inverse);
-        fm_cell cell =
-            fm_distance_cell(fm_octree_words_of(head.values, fm_octree_leaf_of(spot)), u, inverse / head.cell, less * inverse);
+        fm_octree_spot own = fm_distance_spot(head, spot);
+        fm_float size = FM_F(1 << own.level), inverse = 1 / size;
+        fm_v3 corner = fm_octree_corner(own), u = fm_times(fm_less(place, corner), inverse);
+        fm_cell cell = fm_distance_cell(fm_distance_words(head, own), u, inverse / head.cell, less * inverse);
         leaves++;
         // Which side of the surface the ray is on is known when it first comes near.
         side = side != 0 ? side : (fm_cell_value(cell) < 0 ? -1.0f : 1.0f);
@@ -106,7 +129,7 @@ FM_RULE fm_octree_met fm_distance_by_cells(fm_octree_head head, fm_octree_ray ra
             fm_float s = fm_cubic_first(fm_cell_cubic(cell, ray.way), stay);
             if (s >= 0) {
                 fm_v3 normal = fm_distance_normal(fm_distance_moved(cell, fm_times(ray.way, s)));
-                met = fm_octree_meet(head, ray, t + s * size, normal, spot.level);
+                met = fm_octree_meet(head, ray, t + s * size, normal, own.level);
                 break;
             }
         }
@@ -134,19 +157,19 @@ FM_RULE fm_octree_met fm_distance_by_samples(fm_octree_head head, fm_octree_ray 
             t += fm_octree_empty_step(ray, spot, place);
             continue;
         }
-        fm_float size = FM_F(1 << spot.level);
-        if (spot.word != held) {
-            words = fm_octree_words_of(head.values, fm_octree_leaf_of(spot));
+        fm_octree_spot own = fm_distance_spot(head, spot);
+        if (spot.word != held || head.kind == FM_GPU_BRICKS) {
+            words = fm_distance_words(head, own);
             held = spot.word;
             leaves++;
         }
-        fm_v3 u = fm_times(fm_less(place, fm_octree_corner(spot)), 1 / size);
+        fm_v3 u = fm_times(fm_less(place, fm_octree_corner(own)), 1 / FM_F(1 << own.level));
         fm_cell cell = fm_distance_cell(words, u, 1 / head.cell, 0.0f);
         fm_float value = fm_cell_value(cell);
         side = side != 0 ? side : (value < 0 ? -1.0f : 1.0f);
         if (value * side <= epsilon) {
             fm_float part = before > epsilon ? (before - epsilon) / (before - value * side) : 1.0f;
-            met = fm_octree_meet(head, ray, t_before + (t - t_before) * part, fm_distance_normal(cell), spot.level);
+            met = fm_octree_meet(head, ray, t_before + (t - t_before) * part, fm_distance_normal(cell), own.level);
             break;
         }
         t_before = t;
