@@ -12,6 +12,7 @@ static const struct {
 } subcommands[] = {
     {"build", "build an octree of a mesh or of voxels into a file", octree_build},
     {"info", "describe an octree file", octree_info},
+    {"render", "draw an octree file, or a mesh by its octree", octree_render},
 };
 enum { SUBCOMMANDS = sizeof subcommands / sizeof subcommands[0] };
 

@@ -16,7 +16,7 @@ f 2 3 4
 f 3 1 4
 END
 ends 0 octree --help
-for command in build info; do
+for command in build info render; do
     ends 0 octree "$command" --help
     grep -q "^usage: fathom octree $command" "$work/.out" || bad "octree $command --help has no usage line"
 done
@@ -88,6 +88,60 @@ ends 0 octree build city.npy v.fmo --kind voxels --solid 200 --backend cpu --qui
 ends 1 octree build city.npy v.fmo --kind closest --backend cpu
 ends 2 octree build city.npy v.fmo --kind voxels --parts 2 --backend cpu
 says 'no mesh'
+# Pictures.
+small="--size 48x32 --backend cpu --quiet"
+for way in "" "--shadow --reflection 0.3" "--refraction 1.5" "--view normals" "--view reads --epsilon 0.2" "--view levels" \
+    "--sun 0,0,1 --shadow" "--camera 0.3,-2,0.5,90,0" "--look-at 0,0,0,3,10,-5"; do
+    # shellcheck disable=SC2086
+    ends 0 octree render o.fmo $small $way -o p.png
+    [ -s "$work/p.png" ] || bad "no picture with \"$way\""
+    rm -f "$work/p.png"
+done
+# shellcheck disable=SC2086
+ends 0 octree render t.obj $small --cells 24 --kind distance --stats
+grep -q '^rays 1536, ' "$work/.out" || bad "--stats counts no rays: $(cat "$work/.out")"
+# shellcheck disable=SC2086
+ends 0 octree render city.npy $small --kind dag -o p.png
+# shellcheck disable=SC2086
+ends 0 octree render v.fmo $small --path 2 -o q.png
+holds t.obj o.fmo city.npy v.fmo p.png q0000.png q0001.png
+rm "$work/p.png" "$work"/q000?.png
+ends 0 octree build t.obj s.fmo --size 32 --parts 4 --backend cpu --quiet
+# shellcheck disable=SC2086
+ends 0 octree render s.fmo $small --budget 1 --distance 9 --stats -o p.png
+grep -q '^parts 64, of which ' "$work/.out" || bad "--stats counts no parts: $(cat "$work/.out")"
+# A part that cannot be read: a coarser picture, and a word.
+cp "$work/s.fmo" "$work/w.fmo"
+size=$(wc -c <"$work/w.fmo")
+half=$((size / 8192 * 4096))
+dd if=/dev/zero of="$work/w.fmo" bs=4096 seek=$((half / 4096)) count=8 conv=notrunc 2>/dev/null
+(cd "$work" && "$fathom" octree render w.fmo --size 48x32 --backend cpu --quiet --distance 9 -o p.png) >"$work/.out" 2>"$work/.err" ||
+    bad "a part that cannot be read stops the picture: $(cat "$work/.err")"
+says 'stay coarse'
+ends 2 octree render
+ends 2 octree render o.fmo
+says 'nothing to do'
+ends 2 octree render o.fmo -o p.png --kind distance
+says 'as it was built'
+ends 2 octree render o.fmo -o p.png --cells 8
+ends 2 octree render o.fmo -o p.png --budget 8
+says 'is whole'
+ends 2 octree render t.obj -o p.png --budget 8
+says '\-\-parts'
+ends 2 octree render o.fmo -o p.png --budget 0
+ends 2 octree render s.fmo -o p.png --distance 0
+ends 2 octree render o.fmo -o p.jpg
+ends 2 octree render o.fmo -o p.png --view depth
+ends 2 octree render o.fmo -o p.png --reflection 1.5
+ends 2 octree render o.fmo -o p.png --refraction 1
+ends 2 octree render o.fmo -o p.png --refraction 9
+ends 2 octree render o.fmo -o p.png --epsilon 9
+ends 2 octree render o.fmo -o p.png --sun 0,0,0
+ends 2 octree render o.fmo -o p.png --size 0x3
+ends 2 octree render o.fmo --path 2 --stats
+ends 1 octree render o.fmo -o nowhere/p.png
+ends 1 octree render nothing.fmo -o p.png
+rm "$work/p.png" "$work/s.fmo" "$work/w.fmo"
 # Damaged files.
 ends 1 octree info t.obj
 says 'does not begin as'

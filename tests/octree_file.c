@@ -212,10 +212,12 @@ static void wrong_voxels(fm_context *context, const uint8_t *bytes, size_t size)
         WRONG(context, bytes, size, uint32_t, child, count - 1, "has words");
         WRONG_HEADER(uint32_t, levels, 1, "");
     } else {
-        const size_t base = FM_FMO_PAGE + 4 * (3 * (size_t)words[top] + 2);
-        WRONG(context, bytes, size, uint32_t, at, count / 3, "has words");
+        const size_t base = FM_FMO_PAGE + 4 * ((size_t)words[top] + 2);
+        WRONG(context, bytes, size, uint32_t, at, count - 2, "has words");
         WRONG(context, bytes, size, uint32_t, at, UINT32_MAX, "has words");
-        WRONG(context, bytes, size, uint32_t, base, count / 3, "has words");
+        WRONG(context, bytes, size, uint32_t, base, count - 2, "has words");
+        WRONG(context, bytes, size, uint32_t, base, 0x40000000 | (count - 1), "has words");
+        WRONG(context, bytes, size, uint32_t, base, 0x40000000, "has words");
         WRONG(context, bytes, size, uint32_t, base, 0xffffffff, "has values");
         // A node that is its own child.
         WRONG(context, bytes, size, uint32_t, base, words[top], "");

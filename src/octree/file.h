@@ -16,6 +16,7 @@ enum {
     FM_FMO_SECTIONS = 4,
     FM_FMO_MOST_SECTIONS = 64,  // so that the table is in the first page
     FM_FMO_MOST_PARTS = 1 << 20,
+    FM_FMO_MOST_ALONG = 1024,  // an axis
 };
 
 // The first byte is no text's, and line ends that a transfer has changed are found out, as in PNG.
@@ -30,7 +31,8 @@ typedef struct fm_fmo_header {
     uint32_t kind, method, code, attribute, sign, shared;
     uint32_t size, rounds;
     double origin[3], cell;
-    uint32_t cells[3], top[3], levels, unused;
+    uint32_t cells[3], top[3], levels;
+    float band;
     float low[3], high[3], cutoff, threshold;
     uint64_t internal, leaves[24], empty, unshared_bytes, top_bytes;
     double code_error;
@@ -88,6 +90,8 @@ typedef struct fm_fmo_memory {
     void (*release)(fm_octree *octree);
 } fm_fmo_memory;
 
+void fm_fmo_free_image(fm_octree *octree);  // releases what was taken from the context's allocator and counted
+
 // An octree of checked numbers that keeps the memory.
 fm_result fm_fmo_keep_image(fm_context *context, const fm_fmo_memory *memory, const fm_octree *numbers, fm_octree **octree);
 // Everything together for a whole file in memory, which stays the caller's on failure.
@@ -96,6 +100,9 @@ fm_result fm_fmo_read_image(fm_context *context, const fm_fmo_memory *memory, co
 // parts.c. Bytes of a directory; a part of a file in memory; the rows of a file's directory, as many as its header says.
 uint64_t fm_fmo_directory_bytes(uint64_t count);
 fm_result fm_fmo_read_at(int file, uint64_t offset, void *target, uint64_t bytes, const char *name);
+// The header of the image that a file of so many bytes begins with; its octree, in memory of its own.
+fm_result fm_fmo_read_header(int file, uint64_t bytes, const char *name, fm_fmo_header *header);
+fm_result fm_fmo_read_coarse(fm_context *context, int file, const fm_fmo_header *header, const char *name, fm_octree **octree);
 fm_result fm_fmo_read_directory(int file, uint64_t file_bytes, const fm_fmo_header *header, const char *name, fm_fmo_part *rows);
 
 // validate.c: whether rays can go through the octree without leaving its arrays or its levels; what is wrong is FM_ERROR_FORMAT.

@@ -75,9 +75,10 @@ static fm_result check_axis(const fm_fmo_header *header, const char *name, int a
 
 static fm_result check_grid(const fm_fmo_header *header, const char *name) {
     if (!(header->cell > 0) || !((float)header->cell > 0) || !isfinite((float)header->cell) || !(header->cutoff > 0) ||
-        !isfinite(header->cutoff) || !isfinite(header->threshold)) {
-        return fm_fail(FM_ERROR_FORMAT, "%s: header: cell %g, cutoff %g, threshold %g: finite numbers above 0 are possible", name,
-                       header->cell, (double)header->cutoff, (double)header->threshold);
+        !isfinite(header->cutoff) || !isfinite(header->threshold) || !isfinite(header->band)) {
+        return fm_fail(FM_ERROR_FORMAT,
+                       "%s: header: cell %g, cutoff %g, threshold %g, band %g: finite numbers, the first two above 0, are possible",
+                       name, header->cell, (double)header->cutoff, (double)header->threshold, (double)header->band);
     }
     for (int axis = 0; axis < 3; axis++) {
         FM_TRY(check_axis(header, name, axis));
@@ -91,7 +92,7 @@ static fm_result check_parts(const fm_fmo_header *header, const char *name) {
     bool good = any == (header->part_edge > 0) && isfinite((float)header->part_edge) && any == (header->part_cells > 0);
     uint64_t count = 1;
     for (int axis = 0; axis < 3; axis++) {
-        good = good && any == (parts[axis] > 0) && parts[axis] <= FM_FMO_MOST_PARTS;
+        good = good && any == (parts[axis] > 0) && parts[axis] <= FM_FMO_MOST_ALONG;
         count *= good ? parts[axis] : 0;
     }
     if (!good || count > FM_FMO_MOST_PARTS) {
@@ -172,6 +173,7 @@ static void fill(const fm_fmo_header *header, fm_octree *octree) {
                                     .rounds = header->rounds,
                                     .code = info->code,
                                     .threshold = header->threshold,
+                                    .band = header->band,
                                     .share = info->shared,
                                     .top_bytes = header->top_bytes,
                                     .sign = info->sign,
@@ -227,7 +229,7 @@ static void unmap(fm_octree *octree) {
     munmap(octree->mapped, octree->mapped_bytes);
 }
 
-static void free_read(fm_octree *octree) {
+void fm_fmo_free_image(fm_octree *octree) {
     fm_meter_remove(&octree->context->host[FM_PURPOSE_OCTREES], octree->mapped_bytes);
     fm_free(&octree->context->allocator, octree->mapped, octree->mapped_bytes);
 }
@@ -319,7 +321,7 @@ fm_result fm_octree_read(fm_context *context, const char *path, fm_octree **resu
     fm_fmo_memory memory = {.release = unmap};
     if (!map(path, &memory.data, &memory.bytes)) {
         FM_TRY(slurp(context, path, &memory.data, &memory.bytes));
-        memory.release = free_read;
+        memory.release = fm_fmo_free_image;
         fm_meter_add(&context->host[FM_PURPOSE_OCTREES], memory.bytes);
     }
     const fm_result status = fm_fmo_read_image(context, &memory, path, result);

@@ -39,6 +39,7 @@ static fm_fmo_header header_of(const fm_octree *octree, const fm_fmo_header *abo
                             .levels = info->levels,
                             .cutoff = octree->head.cutoff,
                             .threshold = octree->desc.threshold,
+                            .band = octree->desc.band,
                             .internal = info->internal,
                             .empty = info->empty,
                             .unshared_bytes = info->unshared_bytes,

@@ -46,9 +46,9 @@ static fm_result divide(fm_mesh *mesh, const fm_octree_desc *desc, const fm_octr
         d->count[axis] = (uint32_t)fmax(1, ceil((d->high[axis] - d->low[axis]) / d->edge * (1 - 1e-6)));
         d->total *= d->count[axis];
     }
-    if (d->total > FM_FMO_MOST_PARTS) {
-        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%u x %u x %u parts: at most %d are possible", d->count[0], d->count[1],
-                       d->count[2], FM_FMO_MOST_PARTS);
+    if (d->total > FM_FMO_MOST_PARTS || fmax(d->count[0], fmax(d->count[1], d->count[2])) > FM_FMO_MOST_ALONG) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%u x %u x %u parts: at most %d, and %d along an axis, are possible", d->count[0],
+                       d->count[1], d->count[2], FM_FMO_MOST_PARTS, FM_FMO_MOST_ALONG);
     }
     return FM_OK;
 }
@@ -196,6 +196,32 @@ fm_result fm_fmo_read_at(int file, uint64_t offset, void *target, uint64_t bytes
         bytes -= (uint64_t)got;
     }
     return FM_OK;
+}
+
+fm_result fm_fmo_read_header(int file, uint64_t bytes, const char *name, fm_fmo_header *header) {
+    _Alignas(8) uint8_t page[FM_FMO_PAGE];
+    fm_octree numbers;
+    // What a file of less than a page lacks is told by the message for it.
+    FM_TRY(fm_fmo_read_at(file, 0, page, fm_min_u64(bytes, sizeof page), name));
+    return fm_fmo_open_image(page, bytes, name, &numbers, header);
+}
+
+fm_result fm_fmo_read_coarse(fm_context *context, int file, const fm_fmo_header *header, const char *name, fm_octree **octree) {
+    fm_fmo_memory memory = {.bytes = header->image_bytes, .release = fm_fmo_free_image};
+    memory.data = fm_alloc(&context->allocator, memory.bytes, "an octree");
+    if (!memory.data) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    fm_meter_add(&context->host[FM_PURPOSE_OCTREES], memory.bytes);
+    fm_result result = fm_fmo_read_at(file, 0, memory.data, memory.bytes, name);
+    if (result == FM_OK) {
+        result = fm_fmo_read_image(context, &memory, name, octree);
+    }
+    if (result != FM_OK) {
+        fm_meter_remove(&context->host[FM_PURPOSE_OCTREES], memory.bytes);
+        fm_free(&context->allocator, memory.data, memory.bytes);
+    }
+    return result;
 }
 
 static bool row_fits(const fm_fmo_part *row, uint64_t begin, uint64_t end) {

@@ -67,29 +67,44 @@ fm_result fm_octree_check_dag(const fm_octree *octree, uint8_t *marks) {
     return FM_OK;
 }
 
+static fm_result check_numbers(const nodes *n, uint64_t node, uint64_t first, uint64_t numbers) {
+    return first + numbers <= n->values
+               ? FM_OK
+               : fm_fail(FM_ERROR_FORMAT, "node %llu: has values up to %llu, but there are %llu", (unsigned long long)node,
+                         (unsigned long long)(first + numbers), (unsigned long long)n->values);
+}
+
+// Leaves of two words each, behind the word with the number that they share.
+static fm_result check_thin(const nodes *n, uint64_t node, uint64_t first, uint32_t children) {
+    if (first == 0 || first + 2 * (uint64_t)children > n->count) {
+        return outside(n, "node", node, first + 2 * (uint64_t)children);
+    }
+    return check_numbers(n, node, n->words[first - 1], 1);
+}
+
 static fm_result check_tree64(const nodes *n, uint64_t node, int level) {
-    const uint64_t at = node * FM_TREE64_WORDS;
-    if (at + FM_TREE64_WORDS > n->count) {
-        return outside(n, "node", node, at + FM_TREE64_WORDS);
+    if (node + FM_TREE64_WORDS > n->count) {
+        return outside(n, "node", node, node + FM_TREE64_WORDS);
     }
-    if (visit(n, at, level)) {
+    if (visit(n, node, level)) {
         return FM_OK;
     }
-    const uint32_t base = n->words[at + 2], first = base & FM_TREE64_INDEX;
-    const uint32_t children = (uint32_t)(__builtin_popcount(n->words[at]) + __builtin_popcount(n->words[at + 1]));
+    const uint32_t base = n->words[node + 2], first = base & FM_TREE64_INDEX;
+    const uint32_t children = (uint32_t)(__builtin_popcount(n->words[node]) + __builtin_popcount(n->words[node + 1]));
+    if (children == 0) {
+        return FM_OK;
+    }
     if (base & FM_TREE64_LEAF) {
-        const uint64_t numbers = children == 0 ? 0 : base & FM_TREE64_SAME ? 1 : children;
-        if (first + numbers > n->values) {
-            return fm_fail(FM_ERROR_FORMAT, "node %llu: has values up to %llu, but there are %llu", (unsigned long long)node,
-                           (unsigned long long)(first + numbers), (unsigned long long)n->values);
-        }
-        return FM_OK;
+        return check_numbers(n, node, first, base & FM_TREE64_SAME ? 1 : children);
     }
-    if (level < 4 && children > 0) {
+    if (level < 4) {
         return fm_fail(FM_ERROR_FORMAT, "node %llu: has children below level 0", (unsigned long long)node);
     }
+    if (base & FM_TREE64_SAME) {
+        return check_thin(n, node, first, children);
+    }
     for (uint32_t i = 0; i < children; i++) {
-        FM_TRY(check_tree64(n, (uint64_t)first + i, level - 2));
+        FM_TRY(check_tree64(n, first + (uint64_t)i * FM_TREE64_WORDS, level - 2));
     }
     return FM_OK;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/deferred.h"
 #include "render/octree_picture.h"
+#include "render/octree_store.h"
 #include "render/render.h"
 
 static fm_result unsupported(void) {
@@ -105,5 +106,35 @@ void fm_gpu_octree_picture_describe(const fm_octree_renderer *renderer, fm_volum
 fm_result fm_gpu_octree_picture_words(fm_octree_renderer *renderer, fm_octree_pixel *pixels, uint32_t (*seconds)[2],
                                       uint32_t (*beams)[2]) {
     (void)renderer, (void)pixels, (void)seconds, (void)beams;
+    return unsupported();
+}
+
+fm_result fm_octree_store_create(fm_context *context, uint64_t bytes, uint64_t parts, fm_octree_store **store) {
+    (void)context, (void)bytes, (void)parts, (void)store;
+    return unsupported();
+}
+
+void fm_octree_store_destroy(fm_octree_store *store) {
+    (void)store;
+}
+
+uint64_t fm_octree_store_tables(uint64_t parts) {
+    (void)parts;
+    return 0;
+}
+
+uint64_t fm_octree_store_most(const fm_context *context) {
+    (void)context;
+    return 0;
+}
+
+fm_result fm_octree_store_put(fm_octree_store *store, uint64_t offset, uint8_t *image, uint64_t bytes, const fm_octree *numbers,
+                              uint64_t *head) {
+    (void)store, (void)offset, (void)image, (void)bytes, (void)numbers, (void)head;
+    return unsupported();
+}
+
+fm_result fm_octree_store_table(fm_octree_store *store, const fm_octree_part *rows, uint64_t *address) {
+    (void)store, (void)rows, (void)address;
     return unsupported();
 }

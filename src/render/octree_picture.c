@@ -107,10 +107,10 @@ fm_result fm_octree_render(fm_octree_renderer *renderer, const fm_octree_render_
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", renderer ? "desc" : "renderer");
     }
     fm_octree_picture picture = {.desc = *desc};
+    picture.octree = desc->stream ? fm_octree_stream_coarse(desc->stream) : desc->octree;
     if (desc->stream) {
-        return fm_fail(FM_ERROR_UNSUPPORTED, "pictures of streams are not there yet");
+        picture.scene.grid = fm_octree_stream_grid(desc->stream);
     }
-    picture.octree = desc->octree;
     FM_TRY(check(renderer, desc, picture.octree));
     make_scene(&picture);
     fm_ticket own = 0;
