@@ -145,6 +145,8 @@ fm_result fm_octree_validate(const fm_octree *octree, uint8_t *marks) {
         return check_columns(octree, marks);
     case FM_OCTREE_VOXELS:
         return check_nodes(octree, octree->values.count, marks);
+    case FM_OCTREE_CONTOURS:
+        return fm_octree_check_contours(octree, marks);
     case FM_OCTREE_DAG:
         return fm_octree_check_dag(octree, marks);
     case FM_OCTREE_TREE64:

@@ -13,5 +13,7 @@ fm_result fm_octree_check_top(const fm_octree *octree, uint64_t *nodes);
 // validate_voxels.c
 fm_result fm_octree_check_dag(const fm_octree *octree, uint8_t *marks);
 fm_result fm_octree_check_tree64(const fm_octree *octree, uint8_t *marks);
+// validate_contours.c
+fm_result fm_octree_check_contours(const fm_octree *octree, uint8_t *marks);
 
 #endif
