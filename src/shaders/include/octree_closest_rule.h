@@ -196,50 +196,88 @@ FM_RULE fm_v3 fm_vcp_normal(fm_vcp_cell cell, fm_v3 u, fm_int corner) {
     return fm_dot(sum, sum) > 1e-4f ? fm_unit(sum) : fm_unit(side);
 }
 
+// A ray's way to the next cell that must be looked at as a whole.
+FM_PUSH_STRUCT(fm_vcp_way) {
+    fm_octree_spot spot;
+    fm_octree_eight words;
+    fm_float t, stay;
+    fm_int steps;
+    fm_uint leaves;  // read so far
+    fm_int passed;   // 1: something was, where nothing is near
+};
+
+// Over empty leaves, and over leaves with a corner that says that the whole way through is clear: no surface is nearer to a place
+// than the nearest corner's length less the way to that corner. `t` is above ray.far where there is no such cell.
+FM_RULE fm_vcp_way fm_vcp_go(fm_octree_head head, fm_octree_ray ray, fm_vcp_way before, fm_float epsilon) {
+    fm_vcp_way go = before;
+    go.passed = 0;
+    for (; go.steps < FM_CAST_STEPS && go.t <= ray.far; go.steps++) {
+        fm_v3 place = fm_add(ray.from, fm_times(ray.way, go.t));
+        go.spot = fm_octree_seek(head, go.spot, place);
+        if (!fm_octree_is_leaf(go.spot.word)) {
+            go.passed = 1;
+            go.t += fm_octree_empty_step(ray, go.spot, place);
+            continue;
+        }
+        fm_float size = FM_F(1 << go.spot.level);
+        fm_v3 corner = fm_octree_corner(go.spot), u = fm_times(fm_less(place, corner), 1 / size);
+        fm_uint leaf = fm_octree_leaf_of(go.spot);
+        fm_int nearest = fm_octree_nearest_corner(u);
+        go.words = fm_octree_words_of(head.values, leaf);
+        go.leaves++;
+        go.stay = fm_octree_stay(ray, place, corner, size);
+        fm_float room =
+            fm_vcp_length(head, go.words, leaf, nearest, size) - fm_octree_length(fm_less(u, fm_octree_corner_of(nearest)));
+        if (!(room * size > go.stay + epsilon)) {
+            return go;
+        }
+        go.passed = 1;
+        go.t += FM_MAX(room * size - epsilon, go.stay + ray.nudge);
+    }
+    go.t = FM_INFINITY_F;
+    return go;
+}
+
+// Two loops, so that the rays of a group that runs in step look at their cells together.
 FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray, fm_float epsilon) {
     fm_octree_met met = fm_octree_nothing();
-    fm_octree_spot spot = fm_octree_nowhere();
-    fm_uint leaves = 0u;
+    fm_vcp_way go;
+    go.spot = fm_octree_nowhere();
+    for (int k = 0; k < 8; k++) {
+        go.words.v[k] = 0u;
+    }
+    go.t = 0;
+    go.stay = 0;
+    go.steps = 0;
+    go.leaves = 0u;
+    go.passed = 0;
     fm_vcp_trail trail;
     trail.v = fm_v3_of(0, 0, 0);
     trail.t = -1;
     trail.loose = 0;
-    fm_float t = 0;
-    for (int i = 0; i < FM_CAST_STEPS && t <= ray.far; i++) {
-        fm_v3 place = fm_add(ray.from, fm_times(ray.way, t));
-        spot = fm_octree_seek(head, spot, place);
-        if (!fm_octree_is_leaf(spot.word)) {
-            trail.t = -1;
-            t += fm_octree_empty_step(ray, spot, place);
-            continue;
+    for (int i = 0; i < FM_CAST_STEPS; i++) {
+        go = fm_vcp_go(head, ray, go, epsilon);
+        if (!(go.t <= ray.far)) {
+            break;
         }
-        fm_float size = FM_F(1 << spot.level), inverse = 1 / size;
-        fm_v3 corner = fm_octree_corner(spot), u = fm_times(fm_less(place, corner), inverse);
-        fm_float stay = fm_octree_stay(ray, place, corner, size);
-        fm_uint leaf = fm_octree_leaf_of(spot);
-        fm_octree_eight words = fm_octree_words_of(head.values, leaf);
-        leaves++;
-        // No surface is nearer to a place than the nearest corner's length less the way to that corner.
-        fm_int nearest = fm_octree_nearest_corner(u);
-        fm_float room =
-            size * (fm_vcp_length(head, words, leaf, nearest, size) - fm_octree_length(fm_less(u, fm_octree_corner_of(nearest))));
-        if (room > stay + epsilon) {
-            trail.t = -1;
-            t += FM_MAX(room - epsilon, stay + ray.nudge);
-            continue;
-        }
-        fm_vcp_cell cell = fm_vcp_cell_of(head, words, leaf, size);
-        fm_vcp_found found = fm_vcp_in_cell(cell, u, ray.way, stay * inverse, epsilon * inverse, size, t, trail);
+        fm_float size = FM_F(1 << go.spot.level), inverse = 1 / size;
+        fm_v3 place = fm_add(ray.from, fm_times(ray.way, go.t));
+        fm_v3 u = fm_times(fm_less(place, fm_octree_corner(go.spot)), inverse);
+        fm_uint leaf = fm_octree_leaf_of(go.spot);
+        fm_vcp_cell cell = fm_vcp_cell_of(head, go.words, leaf, size);
+        trail.t = go.passed == 1 ? -1.0f : trail.t;
+        fm_vcp_found found = fm_vcp_in_cell(cell, u, ray.way, go.stay * inverse, epsilon * inverse, size, go.t, trail);
         trail = found.trail;
         if (found.s >= 0) {
             u = fm_add(u, fm_times(ray.way, found.s));
-            met = fm_octree_meet(head, ray, t + found.s * size, fm_vcp_normal(cell, u, found.corner), spot.level);
+            met = fm_octree_meet(head, ray, go.t + found.s * size, fm_vcp_normal(cell, u, found.corner), go.spot.level);
             met.mark = fm_octree_attribute_at(head, leaf, u);
             break;
         }
-        t += stay + ray.nudge;
+        go.t += go.stay + ray.nudge;
+        go.steps++;
     }
-    met.reads = spot.reads + leaves;
+    met.reads = go.spot.reads + go.leaves;
     return met;
 }
 
