@@ -61,7 +61,7 @@ static void check_empty(tree_check *check, const fm_octree *octree, const tree_n
         }
         if (in_box(octree, cells)) {
             // What is grown may be farther than what is true.
-            CHECK(oracle_distance(check->mesh, tree_place(octree, cells)) >= bound * (check->grown ? 0.9 : 1));
+            CHECK(oracle_distance(check->mesh, tree_place(octree, cells)) >= bound - (check->grown ? 2 * octree->info.cell : 0));
         }
     }
 }
@@ -192,7 +192,7 @@ static void build_and_check(fm_context *context, const named_mesh *named, const 
     if (CHECK_OK(fm_mesh_create(context, &what, &mesh)) && CHECK_OK(fm_octree_build_mesh(mesh, desc, &octree))) {
         tree_check check = {.grown = desc->method == FM_OCTREE_GROWN};
         check_tree(octree, &named->mesh, &check);
-        CHECK(check.farther * 50 <= check.corners);
+        CHECK(desc->rounds > 0 || check.farther * 50 <= check.corners);
         report(named->name, octree, &check);
     }
     fm_octree_destroy(octree);
@@ -207,6 +207,8 @@ static void test_shapes(fm_context *context) {
         build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 33, .code = FM_OCTREE_OCTAHEDRAL, .top_bytes = 4});
         build_and_check(context, &meshes[i],
                         &(fm_octree_desc){.size = 20, .method = FM_OCTREE_GROWN, .top_bytes = 256, .threshold = -1});
+        // Too few rounds make vectors too long, no worse.
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 20, .method = FM_OCTREE_GROWN, .rounds = 1});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.kind = FM_OCTREE_DISTANCE, .size = 21, .share = i % 2});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.kind = FM_OCTREE_BRICKS, .size = 21});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 26, .code = FM_OCTREE_FLOATS, .band = 1});
@@ -286,7 +288,7 @@ static void test_bad(fm_context *context) {
         {.high = {1, INFINITY, 1}},
         {.threshold = NAN},
         {.band = 0.5f},
-        {.band = 6},
+        {.band = 3.6f},
         {.band = NAN},
         {.attribute = FM_OCTREE_COLOR},
         {.attribute = FM_OCTREE_TEXTURE},

@@ -63,12 +63,12 @@ typedef struct fm_octree_desc {
     fm_octree_code code;      // CLOSEST
     float threshold;          // how far, in finest cells, interpolated values may be off where eight leaves become one; 0: 0.05;
                               // below 0: none do. CONTOURS: below 0 without contours
-    // CLOSEST, DISTANCE: leaves all of whose corners are farther from the surface than this, in finest cells, are empty; 1 to 5, 0:
-    // 2 sqrt(3), as published. From 1 on every place of the surface is in a leaf with values, and fewer of them are less memory.
+    // CLOSEST, DISTANCE: leaves all of whose corners are farther from the surface than this, in finest cells, are empty; 1 to 3.5,
+    // 0: 2 sqrt(3), as published. From 1 on every place of the surface is in a leaf with values, and fewer of them are less memory.
     float band;
-    bool share;               // CLOSEST, DISTANCE: identical subtrees and leaves are kept once
-    uint64_t top_bytes;       // of the top grid at most; 0: 1 MiB
-    fm_sign sign;             // DISTANCE, BRICKS
+    bool share;                     // CLOSEST, DISTANCE: identical subtrees and leaves are kept once
+    uint64_t top_bytes;             // of the top grid at most; 0: 1 MiB
+    fm_sign sign;                   // DISTANCE, BRICKS
     fm_octree_attribute attribute;  // CLOSEST; VOXELS, CONTOURS and TREE64 of a mesh, but for TEXTURE
     const uint8_t (*colors)[4];     // COLOR: of each vertex
     const float (*texture)[2];      // TEXTURE: of each vertex

@@ -19,6 +19,7 @@ struct fm_octree_growth {
     int32_t low[3];  // in finest cells, a multiple of the lattice's step
     uint32_t shape[3];
     double band2;
+    bool fill_only;
     uint64_t room;
     double *distance2, *next_distance2;
     uint32_t *triangles, *next_triangles;
@@ -242,7 +243,7 @@ static void grow_slices(void *user, uint64_t begin, uint64_t end, uint32_t worke
                 continue;
             }
             for (uint32_t x = 0; x < size; x++) {
-                if (wanted[x]) {
+                if (wanted[x] && !(g->fill_only && g->triangles[row + x] != FM_NO_TRIANGLE)) {
                     const uint32_t corner[3] = {x, y, z};
                     grow_corner(g, corner, row + x);
                     any |= g->next_changed[row + x];
@@ -253,8 +254,11 @@ static void grow_slices(void *user, uint64_t begin, uint64_t end, uint32_t worke
     }
 }
 
+// After the rounds only corners that know no triangle take one, so that no leaf lacks a corner: what is within the band of one
+// corner of a cell is within reach of the others.
 static void grow(growth *g, uint32_t rounds) {
-    for (uint32_t round = 0; round < rounds; round++) {
+    for (uint32_t round = 0;; round++) {
+        g->fill_only = round >= rounds;
         fm_pool_run(g->build->context->pool, g->shape[2], 1, grow_slices, g);
         double *distance2 = g->distance2;
         uint32_t *triangles = g->triangles;
@@ -296,13 +300,10 @@ static void coarsen(growth *g, const fm_octree_chunk *chunk) {
 
 static void take_field(const growth *g, const fm_octree_field *field) {
     const uint32_t beside = (uint32_t)-g->low[0] >> g->level;
-    const double band2 = (double)field->band * (double)field->band;
     for (uint32_t z = 0; z < field->shape[2]; z++) {
         for (uint32_t y = 0; y < field->shape[1]; y++) {
             const uint64_t from = fm_node_at(g->shape, beside, y + beside, z + beside), to = fm_node_at(field->shape, 0, y, z);
-            for (uint32_t x = 0; x < field->shape[0]; x++) {
-                field->triangles[to + x] = g->distance2[from + x] <= band2 ? g->triangles[from + x] : FM_NO_TRIANGLE;
-            }
+            memcpy(field->triangles + to, g->triangles + from, field->shape[0] * sizeof *field->triangles);
         }
     }
 }

@@ -6,6 +6,7 @@
 #include "octree/build.h"
 #include "shaders/include/vcp_rule.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -160,6 +161,7 @@ static void write_column(const emit_job *job, int level, const uint32_t corner[3
         const uint32_t at[3] = {corner[0], corner[1] + (k & 1), corner[2] + (k >> 1)};
         const uint64_t i = fm_node_at(field->shape, at[0], at[1], at[2]), value = column * FM_COLUMN_VALUES + k;
         uint8_t *to = octree->values.data + value * octree->values.size;
+        assert(field->triangles[i] != FM_NO_TRIANGLE);
         if (build->desc->kind == FM_OCTREE_DISTANCE) {
             const float distance = (float)((double)field->distance[i] * build->cell);
             memcpy(to, &distance, sizeof distance);

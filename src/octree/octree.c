@@ -25,8 +25,8 @@ static fm_result check_numbers(const fm_octree_desc *desc) {
     if (isnan(desc->threshold)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "threshold is no number");
     }
-    if (desc->band != 0 && !(desc->band >= 1 && desc->band <= 5)) {
-        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "band is %g: 1 to 5 cells, or 0 for 2 sqrt(3)", (double)desc->band);
+    if (desc->band != 0 && !(desc->band >= 1 && desc->band <= 3.5f)) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "band is %g: 1 to 3.5 cells, or 0 for 2 sqrt(3)", (double)desc->band);
     }
     for (int axis = 0; axis < 3; axis++) {
         if (!isfinite(desc->low[axis]) || !isfinite(desc->high[axis]) || desc->low[axis] > desc->high[axis]) {
