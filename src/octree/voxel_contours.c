@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_NEAR = (1 << 15) - 1, MOST_LIST = (1 << 24) - 1, DIRECTIONS = 14 };
+enum { MOST_NEAR = (1 << 15) - 1, MOST_LIST = (1 << 24) - 1, DIRECTIONS = 13 };
 
 // A contour is kept, so that those around it are the tighter, while it leaves less than all of a cell. It is written, so that rays
 // read it, where it leaves this much of a node; of a voxel it is its shape.
@@ -118,9 +118,9 @@ static uint32_t points_of(const fm_voxel_ref *children, double (*points)[3], dou
 }
 
 static uint32_t contour_around(const fm_voxel_ref *children) {
-    static const double directions[DIRECTIONS - 1][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1}, {1, 1, 0},  {1, -1, 0},
-                                                         {1, 0, 1},  {1, 0, -1}, {0, 1, 1}, {0, 1, -1}, {1, 1, 1},
-                                                         {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}};
+    static const double directions[DIRECTIONS][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1}, {1, 1, 0},  {1, -1, 0},
+                                                     {1, 0, 1},  {1, 0, -1}, {0, 1, 1}, {0, 1, -1}, {1, 1, 1},
+                                                     {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}};
     double points[8 * FM_HULL_POINTS][3], normal[3] = {0}, least = kept;
     bool full = true;
     for (int c = 0; c < 8; c++) {
@@ -130,14 +130,12 @@ static uint32_t contour_around(const fm_voxel_ref *children) {
         return 0;
     }
     const uint32_t count = points_of(children, points, normal);
+    const bool turned = normal[0] != 0 || normal[1] != 0 || normal[2] != 0;
     uint32_t best = 0;
-    for (int d = 0; d < DIRECTIONS; d++) {
-        const double *along = d < DIRECTIONS - 1 ? directions[d] : normal;
+    // Where children have normals the diagonals would be guesses.
+    for (int d = turned ? -1 : 0; d < (turned ? 3 : DIRECTIONS); d++) {
         double extent;
-        if (d == DIRECTIONS - 1 && normal[0] == 0 && normal[1] == 0 && normal[2] == 0) {
-            continue;
-        }
-        const uint32_t contour = fm_contour_of(along, (const double(*)[3])points, count, least, &extent);
+        const uint32_t contour = fm_contour_of(d < 0 ? normal : directions[d], (const double(*)[3])points, count, least, &extent);
         best = contour ? contour : best;
         least = contour ? extent : least;
     }
