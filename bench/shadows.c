@@ -270,7 +270,7 @@ static bool draw_frames(bench_shadow_stage *stage, const bench_shadow_way *way, 
 
 // An idle device is a slow one: it works for a moment before frames are timed.
 static bool wake(bench_shadow_stage *stage, const bench_shadow_way *way) {
-    const double end = fm_now_ms() + (fm_context_backend(stage->table.context) == FM_BACKEND_VULKAN ? 300 : 0);
+    const double end = fm_now_ms() + (fm_context_backend(stage->table.context) == FM_BACKEND_VULKAN ? 1000 : 0);
     bool good = true;
     while (good && fm_now_ms() < end) {
         good = draw_frames(stage, way, true, 1, NULL);

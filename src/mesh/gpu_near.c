@@ -155,7 +155,7 @@ static fm_result dispatch(const fm_sdf_job *j, fm_slot *slot, fm_kernel kernel, 
 
 // Groups of the kernel that fills.
 static uint64_t tiles(fm_shape shape) {
-    return fm_div_up(shape.x, 32) * fm_div_up(shape.y, 4) * fm_div_up(shape.z, 2);
+    return fm_div_up(shape.x, 32) * fm_div_up(shape.y, 16) * fm_div_up(shape.z, 2);
 }
 
 // Which near blocks are left, and what is known where there are none.

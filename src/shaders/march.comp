@@ -122,8 +122,8 @@ void main() {
     begin_sums();
     uvec2 pixels = uvec2(push.pixels & 0xffffu, push.pixels >> 16);
     uint tiles = (pixels.x + (FM_TILE - 1)) / FM_TILE;
-    uint64_t tile = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
-    uvec2 pixel = uvec2(uint(tile % tiles), uint(tile / tiles)) * FM_TILE + gl_LocalInvocationID.xy;
+    uint tile = uint(folded_group(gl_WorkGroupID, gl_NumWorkGroups));
+    uvec2 pixel = uvec2(tile % tiles, tile / tiles) * FM_TILE + gl_LocalInvocationID.xy;
     found_t found;
     found.solid = 0;
     found.reads = 0;

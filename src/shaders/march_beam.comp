@@ -44,11 +44,11 @@ void main() {
     begin_sums();
     uvec2 pixels = uvec2(push.pixels & 0xffffu, push.pixels >> 16);
     uvec2 tiles = (pixels + (FM_TILE - 1)) / FM_TILE;
-    uint64_t tile = folded_group(gl_WorkGroupID, gl_NumWorkGroups) * 32 + gl_LocalInvocationIndex;
-    if (tile < uint64_t(tiles.x) * tiles.y) {
+    uint tile = uint(folded_group(gl_WorkGroupID, gl_NumWorkGroups)) * 32 + gl_LocalInvocationIndex;
+    if (tile < tiles.x * tiles.y) {
         uint reads = 0;
-        float end = beam_end(uvec2(uint(tile % tiles.x), uint(tile / tiles.x)), reads);
-        ref_u32(push.beam + tile * 4).v = floatBitsToUint(end);
+        float end = beam_end(uvec2(tile % tiles.x, tile / tiles.x), reads);
+        ref_u32(push.beam + uint64_t(tile) * 4).v = floatBitsToUint(end);
         if (COUNT) {
             add_sum(FM_SUM_BEAM, reads);
         }

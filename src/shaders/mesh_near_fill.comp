@@ -5,7 +5,7 @@
 #include "sdf_near.glsl"
 
 // The texels of blocks that are not near: the band's width with a sign or, flooded, the distance of the triangle that reached the
-// block. A group owns 32 x 4 x 2 texels, an invocation 4 of a row, which lie in one block. Writes 4 bytes a texel, and 4 for its
+// block. A group owns 32 x 16 x 2 texels, an invocation 4 x 4 that lie in one block. Writes 4 bytes a texel, and 4 for its
 // triangle; reads the bits of the row's blocks and a texel of the nearest one or, flooded, 64 bytes a block.
 //
 // No surface is between texels beside each other of far blocks, nor between such a texel and the one beside it in a near block. So
@@ -48,12 +48,21 @@ bool far_inside(uvec3 grid, uvec3 at, uvec3 block) {
     return texel_inside(x, y, z);
 }
 
-// Of 4 texels from `at` on.
-uint inside_bits(uvec3 grid, uvec3 at, uvec3 block) {
-    if (SIGN == FM_SDF_CROSSINGS) {
-        return crossed_word(ivec3(at)) >> (at.x & 31u);
+void store(uvec3 at, uvec3 size, uvec4 value) {
+    uint64_t element = (uint64_t(at.z) * size.y + at.y) * size.x + at.x;
+    if (size.x % 4 == 0) {
+        ref_u32x4(push.distance + element * 4).v = value;
+        if (push.triangles != 0) {
+            ref_u32x4(push.triangles + element * 4).v = uvec4(FM_GPU_NONE);
+        }
+        return;
     }
-    return SIGN == FM_SDF_PSEUDONORMAL && far_inside(grid, at, block) ? 15 : 0;
+    [[dont_unroll]] for (uint i = 0; i < min(4u, size.x - at.x); i++) {
+        ref_u32(push.distance + (element + i) * 4).v = value[i];
+        if (push.triangles != 0) {
+            ref_u32(push.triangles + (element + i) * 4).v = FM_GPU_NONE;
+        }
+    }
 }
 
 uvec4 far_distances(uvec3 grid, uvec3 at, uvec3 block) {
@@ -71,29 +80,20 @@ uvec4 far_distances(uvec3 grid, uvec3 at, uvec3 block) {
 void main() {
     uvec3 size = uvec3(field_size());
     uvec3 grid = near_grid();
-    uvec3 tiles = (size + uvec3(31, 3, 1)) / uvec3(32, 4, 2);
-    uint64_t group = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
+    uvec3 tiles = (size + uvec3(31, 15, 1)) / uvec3(32, 16, 2);
+    uint group = uint(folded_group(gl_WorkGroupID, gl_NumWorkGroups));  // divided in 64 bits it would take most of the time
     uvec3 tile = uvec3(group % tiles.x, group / tiles.x % tiles.y, group / tiles.x / tiles.y);
     uint lane = gl_LocalInvocationIndex;
-    uvec3 at = tile * uvec3(32, 4, 2) + uvec3((lane & 7u) * 4, lane >> 3 & 3u, lane >> 5);
+    uvec3 at = tile * uvec3(32, 16, 2) + uvec3(lane & 7u, lane >> 3 & 3u, 0) * 4 + uvec3(0, 0, lane >> 5);
     uvec3 block = at / FM_SDF_MIDDLE;
     if (any(greaterThanEqual(at, size)) || near_bit(near_row(grid, block.y, block.z), block.x)) {
         return;
     }
-    uint64_t element = (uint64_t(at.z) * size.y + at.y) * size.x + at.x;
-    uint inside = inside_bits(grid, at, block);
-    uvec4 value = far_distances(grid, at, block) | (uvec4(inside) >> uvec4(0, 1, 2, 3) & 1) << 31;
-    if (size.x % 4 == 0) {
-        ref_u32x4(push.distance + element * 4).v = value;
-        if (push.triangles != 0) {
-            ref_u32x4(push.triangles + element * 4).v = uvec4(FM_GPU_NONE);
-        }
-        return;
-    }
-    [[dont_unroll]] for (uint i = 0; i < min(4u, size.x - at.x); i++) {
-        ref_u32(push.distance + (element + i) * 4).v = value[i];
-        if (push.triangles != 0) {
-            ref_u32(push.triangles + (element + i) * 4).v = FM_GPU_NONE;
-        }
+    bool inside = SIGN == FM_SDF_PSEUDONORMAL && far_inside(grid, at, block);
+    uint end = min(at.y + 4, size.y);
+    for (; at.y < end; at.y++) {
+        // Of the block, or of each texel.
+        uint signs = SIGN == FM_SDF_CROSSINGS ? crossed_word(ivec3(at)) >> (at.x & 31u) : inside ? 15 : 0;
+        store(at, size, far_distances(grid, at, block) | (uvec4(signs) >> uvec4(0, 1, 2, 3) & 1) << 31);
     }
 }

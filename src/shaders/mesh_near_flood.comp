@@ -33,7 +33,8 @@ void main() {
     if (own >= uint64_t(shape.x) * shape.y * shape.z) {
         return;
     }
-    ivec3 at = ivec3(own % shape.x, own / shape.x % shape.y, own / shape.x / shape.y);
+    int cell = int(own);
+    ivec3 at = ivec3(cell % shape.x, cell / shape.x % shape.y, cell / shape.x / shape.y);
     vec3 p = vec3(push.origin[0], push.origin[1], push.origin[2]) +
              vec3(at) * vec3(push.spacing[0], push.spacing[1], push.spacing[2]);
     uvec4 best = uvec4(0, 0, 0, FM_GPU_NONE);

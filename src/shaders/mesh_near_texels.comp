@@ -3,18 +3,18 @@
 #include "memory.glsl"
 #include "sdf.glsl"
 #include "sdf_near.glsl"
-#include "packet.glsl"
+#include "gather.glsl"
 
-// The texels of near blocks: exact distances with their sign. A group owns a block, an invocation a texel; those of a subgroup walk
+// The texels of near blocks: exact distances with their sign. A group owns a block, an invocation a texel; they look for triangles
 // together. Writes 4 bytes a texel, and 4 for its triangle; reads 4 bytes a block, what the walk visits and what signs take.
 //
-// A texel that finds nothing within its reach, which is at least a step to the next one, is on the side of the texel beside it, for
-// no surface is between the two. A block where none finds anything is near no more. Where far
-// texels need distances too, every texel finds something.
+// A texel that finds nothing within a step to the next one is on the side of the texel beside it, for no surface is between the
+// two: only those nearer look for their side, or where there are none one for all. A block where no texel finds anything within its
+// reach is near no more. Where far texels need distances too, every texel finds something.
 
 layout(local_size_x = 64) in;
 
-shared uint masks[4];  // of the 64 texels: those that found something, two words, and those of them that are inside
+shared uint masks[6];  // of the 64 texels, two words each: those that found something, that look for their side, that are inside
 
 uint64_t mask_of(uint i) {
     return uint64_t(masks[i]) | uint64_t(masks[i + 1]) << 32;
@@ -37,7 +37,7 @@ uint64_t spread(uint64_t known, uint64_t inside) {
     const uint64_t NOT_FIRST_Y = 0xfff0fff0fff0fff0ul;
     const uint64_t NOT_LAST_X = 0x7777777777777777ul;
     const uint64_t NOT_LAST_Y = 0x0fff0fff0fff0ffful;
-    [[dont_unroll]] for (uint i = 0; i < 9 && known != ALL; i++) {
+    [[dont_unroll]] for (uint i = 0; i < 64 && known != ALL; i++) {
         carry(known, inside, NOT_FIRST_X, NOT_LAST_X, 1);
         carry(known, inside, NOT_FIRST_Y, NOT_LAST_Y, 4);
         carry(known, inside, ALL, ALL, 16);
@@ -63,29 +63,52 @@ void choose(uvec3 grid, uvec3 block, uint64_t known, vec3 p, mesh_nearest n) {
 void do_block(uvec3 grid, uvec3 block) {
     ivec3 at = ivec3(block) * FM_SDF_MIDDLE + child_first(gl_LocalInvocationIndex, 1);
     vec3 p = texel_place(vec3(at));
-    if (gl_LocalInvocationIndex < 4) {
+    if (gl_LocalInvocationIndex < 6) {
         masks[gl_LocalInvocationIndex] = 0;
     }
-    mesh_nearest n = packet_nearest(push.mesh, p, near_reach() * near_reach(), packet_middle(block), FM_GPU_NONE);
+    // The subgroup's texels, if invocations are numbered along it; else the block's.
+    uvec2 range = min(uvec2(gl_SubgroupID, gl_SubgroupID + 1) * gl_SubgroupSize - uvec2(0, 1), uvec2(63));
+    ivec3 low = child_first(range.x, 1);
+    ivec3 high = child_first(range.y, 1);
+    ivec3 own = child_first(gl_LocalInvocationIndex, 1);
+    bool along = subgroupAll(all(greaterThanEqual(own, low)) && all(lessThanEqual(own, high)));
+    low = along ? low : ivec3(0);
+    high = along ? high : ivec3(FM_SDF_MIDDLE - 1);
+    vec3 middle = texel_place(vec3(block) * FM_SDF_MIDDLE + 0.5 * vec3(low + high));
+    vec3 half_size = 0.5 * vec3(high - low) * vec3(push.spacing[0], push.spacing[1], push.spacing[2]);
+    mesh_nearest n = gather_nearest(push.mesh, p, near_reach(), middle, half_size);
+    float step = 1.0001 * max(push.spacing[0], max(push.spacing[1], push.spacing[2]));
+    bool close = n.distance2 < step * step;
     if (n.triangle != FM_GPU_NONE) {
         set_mask(0);
-        if (SIGN == FM_SDF_PSEUDONORMAL && is_inside(p, n)) {
+        if (close) {
             set_mask(2);
         }
     }
     barrier();
-    uint64_t known = mask_of(0);
-    if (known == 0) {
+    uint64_t found = mask_of(0);
+    if (found == 0) {
         if (gl_LocalInvocationIndex == 0) {
             atomicAnd(ref_u32(near_row(grid, block.y, block.z) + (block.x >> 5) * 4).v, ~(1u << (block.x & 31u)));
         }
         return;
     }
     if (FAR != FAR_BAND) {
-        choose(grid, block, known, p, n);
+        choose(grid, block, found, p, n);
+    }
+    uint64_t known = mask_of(2);
+    if (SIGN == FM_SDF_PSEUDONORMAL) {
+        if (known == 0) {
+            known = found & (~found + 1);
+            close = (known >> gl_LocalInvocationIndex & 1) != 0;
+        }
+        if (close && is_inside(p, n)) {
+            set_mask(4);
+        }
+        barrier();
     }
     bool inside = SIGN == FM_SDF_CROSSINGS ? crossed_inside(at)
-                                           : (spread(known, mask_of(2)) >> gl_LocalInvocationIndex & 1) != 0;
+                                           : (spread(known, mask_of(4)) >> gl_LocalInvocationIndex & 1) != 0;
     if (all(lessThan(at, field_size()))) {
         store_texel(at, n, SIGN != FM_SDF_UNSIGNED && inside);
     }

@@ -49,8 +49,8 @@ float distance2(uint seed, ivec3 at) {
 
 void main() {
     const ivec3 tiles = (shape() + ivec3(31, 1, 1)) / ivec3(32, 2, 2);
-    const uint64_t group = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
-    const ivec3 tile = ivec3(int(group % tiles.x), int(group / tiles.x % tiles.y), int(group / tiles.x / tiles.y));
+    const int group = int(folded_group(gl_WorkGroupID, gl_NumWorkGroups));
+    const ivec3 tile = ivec3(group % tiles.x, group / tiles.x % tiles.y, group / tiles.x / tiles.y);
     const ivec3 at = tile * ivec3(32, 2, 2) + ivec3(gl_LocalInvocationID);
     if (any(greaterThanEqual(at, shape()))) {
         return;

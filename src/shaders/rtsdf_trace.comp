@@ -51,8 +51,8 @@ fm_ray_hits shoot(ivec3 at) {
 void main() {
     const ivec3 shape = 2 * ivec3(push.shape[0], push.shape[1], push.shape[2]);
     const ivec3 tiles = (shape + ivec3(7, 3, 1)) / ivec3(8, 4, 2);
-    const uint64_t group = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
-    const ivec3 tile = ivec3(int(group % tiles.x), int(group / tiles.x % tiles.y), int(group / tiles.x / tiles.y));
+    const int group = int(folded_group(gl_WorkGroupID, gl_NumWorkGroups));
+    const ivec3 tile = ivec3(group % tiles.x, group / tiles.x % tiles.y, group / tiles.x / tiles.y);
     const ivec3 at = tile * ivec3(8, 4, 2) + ivec3(gl_LocalInvocationID);
     if (any(greaterThanEqual(at, shape))) {
         return;

@@ -59,11 +59,10 @@ bool fm_mesh_blocked(FM_SCENE, vec3 origin, vec3 way, float first, float last) {
 
 // The place of this invocation in a grid of tiles that is `width` wide; the third number counts whole grids of that height.
 ivec3 tile_place(int width, int height) {
-    uint64_t group = folded_group(gl_WorkGroupID, gl_NumWorkGroups);
-    uint64_t across = uint64_t((width + 7) / 8), down = uint64_t((height + 7) / 8);
-    uint64_t row = group / across;
-    return ivec3(int(group % across) * 8 + int(gl_LocalInvocationID.x), int(row % down) * 8 + int(gl_LocalInvocationID.y),
-                 int(row / down));
+    int group = int(folded_group(gl_WorkGroupID, gl_NumWorkGroups));
+    int across = (width + 7) / 8, down = (height + 7) / 8;
+    int row = group / across;
+    return ivec3(group % across * 8 + int(gl_LocalInvocationID.x), row % down * 8 + int(gl_LocalInvocationID.y), row / down);
 }
 
 // Whether this invocation has a pixel.
