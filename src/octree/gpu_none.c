@@ -9,6 +9,14 @@ fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address) {
     return fm_fail(FM_ERROR_UNSUPPORTED, "this build has no Vulkan");
 }
 
+fm_result fm_gpu_octree_gather(fm_octree *octree, const fm_world *world, const fm_box *box, uint32_t *voxels) {
+    (void)octree;
+    (void)world;
+    (void)box;
+    (void)voxels;
+    return fm_fail(FM_ERROR_UNSUPPORTED, "this build has no Vulkan");
+}
+
 void fm_gpu_octree_destroy(fm_octree *octree) {
     (void)octree;
 }

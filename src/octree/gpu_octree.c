@@ -3,6 +3,9 @@
 
 #include "gpu/compute.h"
 #include "octree/octree.h"
+#include "world/gpu_world.h"
+
+#include <string.h>
 
 enum { WORDS, VALUES, ATTRIBUTES, EXTRA, ARRAYS };
 
@@ -10,6 +13,8 @@ struct fm_gpu_octree {
     fm_buffer *arrays[ARRAYS], *head;
     uint64_t room[ARRAYS];  // bytes
     uint64_t version;       // of what is there; 0: nothing
+    fm_buffer *gathered;    // voxels on their way to the host
+    uint64_t gathered_room;
 };
 
 static const fm_octree_array *array_of(const fm_octree *octree, int i) {
@@ -69,14 +74,15 @@ static fm_result bring(const fm_octree *octree, struct fm_gpu_octree *own, uint6
     return fm_buffer_upload_at(own->head, 0, &head, sizeof head);
 }
 
-fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address) {
-    fm_context *context = octree->context;
+static fm_result begin(fm_octree *octree) {
     if (!octree->gpu) {
-        octree->gpu = fm_alloc_zero(&context->allocator, sizeof *octree->gpu, "an octree on the device");
-        if (!octree->gpu) {
-            return FM_ERROR_OUT_OF_HOST_MEMORY;
-        }
+        octree->gpu = fm_alloc_zero(&octree->context->allocator, sizeof *octree->gpu, "an octree on the device");
     }
+    return octree->gpu ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
+}
+
+fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address) {
+    FM_TRY(begin(octree));
     struct fm_gpu_octree *own = octree->gpu;
     if (own->version != octree->version) {
         const uint64_t there = own->version;
@@ -86,6 +92,45 @@ fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address) {
         octree->change = (fm_octree_change){0};
     }
     *address = fm_buffer_address(own->head);
+    return FM_OK;
+}
+
+// Room for `bytes` that the device writes for the host.
+static fm_result gathering_room(fm_octree *octree, uint64_t bytes) {
+    FM_TRY(begin(octree));
+    struct fm_gpu_octree *own = octree->gpu;
+    if (bytes <= own->gathered_room) {
+        return FM_OK;
+    }
+    fm_buffer_destroy(own->gathered);
+    own->gathered = NULL;
+    own->gathered_room = 0;
+    FM_TRY(fm_buffer_create(octree->context->gpu, FM_PURPOSE_READBACK, bytes, false, &own->gathered));
+    own->gathered_room = bytes;
+    return FM_OK;
+}
+
+fm_result fm_gpu_octree_gather(fm_octree *octree, const fm_world *world, const fm_box *box, uint32_t *voxels) {
+    enum { THREADS = 64 };
+    fm_gpu *gpu = octree->context->gpu;
+    const fm_shape shape = world->desc.shape;
+    fm_octree_gather_push push = {.row = shape.x, .slice = (uint64_t)shape.x * shape.y};
+    push.width = (uint32_t)(box->end[0] - box->begin[0]);
+    push.rows = (uint32_t)(box->end[1] - box->begin[1]);
+    push.slices = (uint32_t)(box->end[2] - box->begin[2]);
+    const uint64_t count = (uint64_t)push.width * push.rows * push.slices, bytes = count * sizeof *voxels;
+    const uint64_t first = (uint64_t)box->begin[0] + push.row * (uint64_t)box->begin[1] + push.slice * (uint64_t)box->begin[2];
+    FM_TRY(gathering_room(octree, bytes));
+    push.source = fm_buffer_address(world->gpu->voxels) + first * sizeof *voxels;
+    push.target = fm_buffer_address(octree->gpu->gathered);
+    const fm_dispatch dispatch = {
+        .kernel = FM_KERNEL_OCTREE_GATHER, .push = &push, .push_bytes = sizeof push, .groups = fm_div_up(count, THREADS)};
+    fm_slot *slot;
+    FM_TRY(fm_commands_begin(gpu, &slot));
+    FM_TRY(fm_commands_dispatch(gpu, slot, &dispatch));
+    fm_commands_pass(gpu, slot, "gather", 2 * bytes);
+    FM_TRY(fm_commands_submit(gpu, slot, NULL));
+    memcpy(voxels, fm_buffer_mapped(octree->gpu->gathered), bytes);
     return FM_OK;
 }
 
@@ -101,6 +146,7 @@ void fm_gpu_octree_destroy(fm_octree *octree) {
         fm_buffer_destroy(own->arrays[i]);
     }
     fm_buffer_destroy(own->head);
+    fm_buffer_destroy(own->gathered);
     fm_free(&octree->context->allocator, own, sizeof *own);
     octree->gpu = NULL;
 }

@@ -72,6 +72,8 @@ static inline uint32_t fm_octree_empty_word(double distance, double cutoff) {
 // update says so; the address of the head there.
 fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address);
 void fm_gpu_octree_destroy(fm_octree *octree);
+// Reads a box, cut to the world, of a world of the octree's context.
+fm_result fm_gpu_octree_gather(fm_octree *octree, const fm_world *world, const fm_box *box, uint32_t *voxels);
 // gpu_cast.c (gpu_none.c): `epsilon` in world units; `stepped`: sample by sample.
 fm_result fm_gpu_octree_cast(fm_octree *octree, const fm_mesh_ray *rays, uint32_t count, float epsilon, bool stepped,
                              fm_octree_hit *hits);

@@ -11,6 +11,7 @@ enum { SLAB = 64, PATCH = 16, MOST_PATCH_VOXELS = 1 << 22 };
 
 typedef struct slabs {
     fm_world *world;
+    fm_octree *octree;      // that is updated
     const fm_box *patches;  // what is wanted, at once where it is not too much
     uint32_t patch_count;
     fm_box box;  // of what is in memory
@@ -49,18 +50,22 @@ static fm_box widened(const slabs *own, const fm_box *box, int64_t step, bool ro
     return wide;
 }
 
-static fm_box choose(const slabs *own, const fm_box *box) {
+// `patch`: one that the device gathers.
+static fm_box choose(const slabs *own, const fm_box *box, bool *patch) {
     for (uint32_t i = 0; i < own->patch_count; i++) {
         const fm_box wide = widened(own, &own->patches[i], PATCH, false);
         if (voxels_in(&wide) <= MOST_PATCH_VOXELS && holds(&wide, box)) {
+            *patch = true;
             return wide;
         }
     }
+    *patch = false;
     return widened(own, box, SLAB, true);
 }
 
 static fm_result load(slabs *own, const fm_box *box) {
-    const fm_box wanted = choose(own, box);
+    bool patch;
+    const fm_box wanted = choose(own, box, &patch);
     const fm_allocator *allocator = &own->world->context->allocator;
     const uint64_t bytes = voxels_in(&wanted) * sizeof *own->voxels;
     own->box = (fm_box){{0}, {0}};
@@ -72,7 +77,8 @@ static fm_result load(slabs *own, const fm_box *box) {
     if (!own->voxels) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
-    FM_TRY(fm_world_read(own->world, &wanted, own->voxels));
+    FM_TRY(patch ? fm_gpu_octree_gather(own->octree, own->world, &wanted, own->voxels)
+                 : fm_world_read(own->world, &wanted, own->voxels));
     own->box = wanted;
     return FM_OK;
 }
@@ -130,7 +136,10 @@ fm_result fm_octree_update_world(fm_octree *octree, fm_world *world, const fm_bo
     if (!octree || !world) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", world ? "octree" : "world");
     }
-    slabs own = {.patches = boxes, .patch_count = boxes ? count : 0};
+    if (octree->context != world->context) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "the world is of another context than the octree");
+    }
+    slabs own = {.octree = octree, .patches = boxes, .patch_count = boxes ? count : 0};
     fm_voxel_source source;
     fm_voxel_feed feed;
     open_feed(world, &own, &source, &feed);

@@ -78,6 +78,14 @@ FM_PUSH_STRUCT(fm_octree_grid) {
     fm_float distance;
 };
 
+// Voxels of a box of a world, side by side.
+FM_PUSH_STRUCT(fm_octree_gather_push) {
+    fm_address source;  // the box's first voxel
+    fm_address target;
+    fm_address row, slice;  // voxels of the world from one to the next
+    fm_uint width, rows, slices;
+};
+
 // Rays of fm_octree_cast, as fm_mesh_ray and fm_octree_hit have them.
 FM_PUSH_STRUCT(fm_octree_cast_push) {
     fm_address head;
