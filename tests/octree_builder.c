@@ -107,6 +107,42 @@ static void test_same(fm_context *context) {
     scene_mesh_free(&torus);
 }
 
+static fm_octree *build_with(uint32_t threads, const scene_mesh *mesh, const fm_octree_desc *desc, fm_context **context,
+                             fm_mesh **own) {
+    const fm_mesh_desc what = scene_mesh_describe(mesh);
+    fm_octree *octree = NULL;
+    CHECK_OK(fm_context_create(&(fm_context_desc){.backend = FM_BACKEND_CPU, .threads = threads}, context));
+    CHECK_OK(fm_mesh_create(*context, &what, own));
+    CHECK_OK(fm_octree_build_mesh(*own, desc, &octree));
+    return octree;
+}
+
+// The threads that share the work do not show.
+static void test_threads(void) {
+    const fm_octree_desc descs[] = {{.size = 150},
+                                    {.size = 40, .method = FM_OCTREE_GROWN, .share = true},
+                                    {.kind = FM_OCTREE_DISTANCE, .size = 140},
+                                    {.kind = FM_OCTREE_BRICKS, .size = 50}};
+    scene_mesh torus = scene_mesh_torus(20, 12, CENTRE, 1, 0.3f);
+    for (size_t i = 0; i < sizeof descs / sizeof *descs; i++) {
+        fm_context *contexts[2] = {NULL};
+        fm_mesh *meshes[2] = {NULL};
+        fm_octree *octrees[2];
+        for (uint32_t k = 0; k < 2; k++) {
+            octrees[k] = build_with(1 + 2 * k, &torus, &descs[i], &contexts[k], &meshes[k]);
+        }
+        if (octrees[0] && octrees[1]) {
+            check_same(octrees[0], octrees[1]);
+        }
+        for (int k = 0; k < 2; k++) {
+            fm_octree_destroy(octrees[k]);
+            fm_mesh_destroy(meshes[k]);
+            fm_context_destroy(contexts[k]);
+        }
+    }
+    scene_mesh_free(&torus);
+}
+
 typedef struct paint_check {
     const scene_mesh *mesh;
     fm_octree_attribute attribute;
@@ -223,6 +259,7 @@ int main(void) {
         return check_summary();
     }
     test_same(context);
+    test_threads();
     test_attributes(context);
     test_bad(context);
     fm_context_destroy(context);

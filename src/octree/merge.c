@@ -44,9 +44,11 @@ static float nearest_corner(const fm_octree_field *field, uint32_t x, uint32_t y
     return least;
 }
 
-// No place of a cell is farther from all its corners than half its diagonal.
-static float bound_by_corners(const fm_octree_field *field, int level, float nearest) {
-    return fmaxf(0, fminf(nearest, field->band) - 0.8660255f * (float)(1u << level));
+// No place of a cell is farther from all its corners than half its diagonal. What is grown may be too far, seldom by more than a
+// quarter of a cell.
+static float bound_by_corners(const merge_job *job, int level, float nearest) {
+    const float doubt = job->build->desc->method == FM_OCTREE_GROWN ? 0.5f : 0;
+    return fmaxf(0, fminf(nearest, job->chunk->fields[level].band) - 0.8660255f * (float)(1u << level) - doubt);
 }
 
 static bool outside(const merge_job *job, int level, uint32_t x, uint32_t y, uint32_t z) {
@@ -67,7 +69,7 @@ static void set_cell(const merge_job *job, uint32_t x, uint32_t y, uint32_t z) {
     const bool beyond = outside(job, 0, x, y, z);
     const bool empty = beyond || nearest > job->build->desc->band;
     nodes->states[i] = empty ? FM_NODE_IS_EMPTY : FM_NODE_IS_LEAF;
-    nodes->words[i] = float_bits(beyond ? INFINITY : bound_by_corners(field, 0, nearest));
+    nodes->words[i] = float_bits(beyond ? INFINITY : bound_by_corners(job, 0, nearest));
 }
 
 static bool corners_of(const merge_job *job, int level, uint32_t x, uint32_t y, uint32_t z, corner_set *set) {
@@ -175,7 +177,7 @@ static void set_node(const merge_job *job, int level, uint32_t x, uint32_t y, ui
     if (!leaves && !internal) {
         const fm_octree_field *field = &job->chunk->fields[level];
         nodes->states[own] = FM_NODE_IS_EMPTY;
-        nodes->words[own] = float_bits(fmaxf(bound, bound_by_corners(field, level, nearest_corner(field, x, y, z))));
+        nodes->words[own] = float_bits(fmaxf(bound, bound_by_corners(job, level, nearest_corner(field, x, y, z))));
         return;
     }
     corner_set set;
