@@ -156,6 +156,8 @@ static bool write_octrees(const char *directory) {
         {.kind = FM_OCTREE_VOXELS, .size = 64, .top_bytes = 32},
         {.kind = FM_OCTREE_DAG, .size = 24, .top_bytes = 64},
         {.kind = FM_OCTREE_TREE64, .size = 24, .top_bytes = 64},
+        {.kind = FM_OCTREE_CONTOURS, .size = 24, .top_bytes = 64},
+        {.kind = FM_OCTREE_BRICKS, .size = 8},
     };
     const fm_context_desc cpu = {.backend = FM_BACKEND_CPU, .threads = 1};
     fm_context *context = NULL;

@@ -61,7 +61,7 @@ holds t.obj
 small="--size 24 --backend cpu --quiet"
 # shellcheck disable=SC2086
 for way in "" "--kind distance --sign winding" "--code octahedral --share" "--code floats --attribute triangle" \
-    "--method grown --rounds 4" "--box=-1,-1,-1,2,2,2 --threshold -1" "--top 1" "--parts 3 --coarse 12"; do
+    "--kind bricks" "--kind voxels" "--kind svo" "--kind dag" "--kind tree64" "--method grown --rounds 4" "--box=-1,-1,-1,2,2,2 --threshold -1" "--top 1" "--parts 3 --coarse 12"; do
     ends 0 octree build t.obj o.fmo $small $way
     [ ! -s "$work/.out" ] || bad "--quiet prints with \"$way\""
     ends 0 octree info o.fmo
@@ -79,7 +79,7 @@ grep -q '"parts":	0' "$work/.out" || bad "a whole file says that it has parts"
 grep -q '"kind":	"closest"' "$work/.out" || bad "through a pipe"
 # Voxels.
 ends 0 scene city city.npy --size 16 --quiet
-for kind in voxels dag tree64; do
+for kind in voxels svo dag tree64; do
     ends 0 octree build city.npy v.fmo --kind $kind --backend cpu --quiet
     ends 0 octree info v.fmo
     grep -q "^    kind        $kind" "$work/.out" || bad "info of $kind: $(cat "$work/.out")"

@@ -79,13 +79,26 @@ static inline fm_octree *made_voxels(fm_context *context, const fm_octree_desc *
     return octree;
 }
 
-// Of the kinds that only builders make: from voxels.
+static inline fm_octree *made_bricks(fm_context *context, const fm_octree_desc *desc) {
+    static const float vertices[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0.5f}};
+    static const uint32_t triangles[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    const fm_mesh_desc tetrahedron = {vertices, 4, triangles, 4};
+    fm_mesh *mesh = NULL;
+    fm_octree *octree = NULL;
+    if (CHECK_OK(fm_mesh_create(context, &tetrahedron, &mesh))) {
+        CHECK_OK(fm_octree_build_mesh(mesh, desc, &octree));
+    }
+    fm_mesh_destroy(mesh);
+    return octree;
+}
+
+// Some kinds are made by their builders, of voxels and of a tetrahedron.
 static inline fm_octree *made_octree(fm_context *context, const fm_octree_desc *desc, uint64_t seed) {
     static const double low[3] = {-1, 2, 0.5}, high[3] = {2, 4, 1.75};
     fm_octree_desc filled;
     fm_octree *octree = NULL;
-    if (desc->kind == FM_OCTREE_DAG || desc->kind == FM_OCTREE_TREE64) {
-        return made_voxels(context, desc, seed);
+    if (desc->kind > FM_OCTREE_VOXELS) {
+        return desc->kind == FM_OCTREE_BRICKS ? made_bricks(context, desc) : made_voxels(context, desc, seed);
     }
     if (!CHECK_OK(fm_octree_check_desc(desc, &filled)) || !CHECK_OK(fm_octree_new(context, &filled, low, high, &octree))) {
         return NULL;

@@ -60,8 +60,8 @@ static fm_result check_axis(const fm_fmo_header *header, const char *name, int a
     if (!isfinite(origin) || !isfinite(low) || !isfinite(high) || !isfinite((float)origin) || !(low < high)) {
         return fm_fail(FM_ERROR_FORMAT, "%s: header: the box runs from %g to %g along axis %d", name, low, high, axis);
     }
-    if (header->cells[axis] < 1 || header->cells[axis] > MOST_CELLS || header->top[axis] > MOST_CELLS ||
-        (uint64_t)header->top[axis] << header->levels < header->cells[axis]) {
+    if (header->cells[axis] < 1 || header->cells[axis] > MOST_CELLS ||
+        header->top[axis] != fm_div_up(header->cells[axis], 1ull << header->levels)) {
         return fm_fail(FM_ERROR_FORMAT, "%s: header: %u cells along axis %d in a top grid of %u of 2^%u each", name,
                        header->cells[axis], axis, header->top[axis], header->levels);
     }

@@ -137,6 +137,25 @@ static fm_result check_columns(const fm_octree *octree, uint8_t *marks) {
     return check_nodes(octree, columns > 0 ? columns - 1 : 0, marks);
 }
 
+static fm_result check_bricks(const fm_octree *octree) {
+    const tree t = {.words = (const uint32_t *)(const void *)octree->words.data,
+                    .count = octree->words.count,
+                    .leaves = octree->values.count / FM_BRICK_VALUES};
+    uint64_t top = 0;
+    FM_TRY(fm_octree_check_top(octree, &top));
+    FM_TRY(check_floats(octree));
+    if (octree->info.levels != FM_BRICK_LEVEL) {
+        return fm_fail(FM_ERROR_FORMAT, "%u levels: bricks have %d", octree->info.levels, FM_BRICK_LEVEL);
+    }
+    for (uint64_t node = 0; node < top; node++) {
+        FM_TRY(check_word(&t, node));
+        if (is_internal(t.words[node])) {
+            return fm_fail(FM_ERROR_FORMAT, "node %llu: has children, which bricks have not", (unsigned long long)node);
+        }
+    }
+    return FM_OK;
+}
+
 fm_result fm_octree_validate(const fm_octree *octree, uint8_t *marks) {
     FM_TRY(check_attributes(octree, octree->info.kind == FM_OCTREE_CLOSEST && octree->info.attribute != FM_OCTREE_PLAIN));
     switch (octree->info.kind) {
@@ -151,7 +170,9 @@ fm_result fm_octree_validate(const fm_octree *octree, uint8_t *marks) {
         return fm_octree_check_dag(octree, marks);
     case FM_OCTREE_TREE64:
         return fm_octree_check_tree64(octree, marks);
+    case FM_OCTREE_BRICKS:
+        return check_bricks(octree);
     default:
-        return fm_fail(FM_ERROR_FORMAT, "octrees of kind %d cannot be read by this library yet", (int)octree->info.kind);
+        return fm_fail(FM_ERROR_FORMAT, "kind %d is not known", (int)octree->info.kind);
     }
 }
