@@ -109,7 +109,11 @@ static fm_result from_block(fm_voxel_trees *trees, const fm_voxel_feed *feed, bl
         const uint32_t x = i % edge * size, y = i / edge % edge * size, z = i / edge / edge * size;
         const block part = {from.at + x + from.row * y + from.slice * z, from.row, from.slice};
         const uint32_t at[3] = {corner[0] + x, corner[1] + y, corner[2] + z};
-        FM_TRY(from_block(trees, feed, part, below, at, &children[i]));
+        if (below == 0) {
+            children[i] = ref_of(trees, feed, *part.at, at);
+        } else {
+            FM_TRY(from_block(trees, feed, part, below, at, &children[i]));
+        }
     }
     return fm_voxel_joined(trees, level, children, cell);
 }
