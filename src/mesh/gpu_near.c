@@ -86,9 +86,10 @@ static double mark_reach(const fm_sdf_plan *plan) {
     return fmin(fmax(band * 1.00001, widest * 1.001), 1e18);
 }
 
-// How far texels of near blocks look: as far as there are triangles, or not beyond the band. Its square is a float.
+// How far texels of near blocks look: not beyond the band, or where every distance is exact as far as there are triangles. Its
+// square is a float.
 static float walk_reach(const fm_sdf_job *j) {
-    return is_flooded(j) ? 1.8e19f : (float)mark_reach(j->plan);
+    return j->plan->far_texels == FM_FAR_EXACT ? 1.8e19f : (float)mark_reach(j->plan);
 }
 
 static void record_header(const fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
@@ -226,13 +227,13 @@ fm_result fm_gpu_near_record(fm_sdf_job *j, fm_slot *slot) {
     fm_commands_barrier(j->gpu, slot);
     FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_LIST, fm_div_up(bit_bytes / 4, THREADS)));
     fm_commands_pass(j->gpu, slot, "near", mesh_bytes + 2 * bit_bytes);
-    FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_TEXELS, 0));
+    const bool exact = j->plan->far_texels == FM_FAR_EXACT;
+    FM_TRY(dispatch(j, slot, exact ? FM_KERNEL_MESH_NEAR_ALL : FM_KERNEL_MESH_NEAR_TEXELS, 0));
     fm_commands_pass(j->gpu, slot, "nearest", 0);
     FM_TRY(record_summary(j, slot, &l));
     if (is_flooded(j)) {
         FM_TRY(record_flood(j, slot, &l));
     }
-    const bool exact = j->plan->far_texels == FM_FAR_EXACT;
     FM_TRY(exact ? dispatch(j, slot, FM_KERNEL_MESH_NEAR_FAR, fm_voxels(l.blocks))
                  : dispatch(j, slot, FM_KERNEL_MESH_NEAR_FILL, tiles(j->plan->shape)));
     fm_commands_pass(j->gpu, slot, exact ? "far" : "fill", fm_voxels(j->plan->shape) * j->texel_bytes);

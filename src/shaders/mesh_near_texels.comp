@@ -3,17 +3,23 @@
 #include "memory.glsl"
 #include "sdf.glsl"
 #include "sdf_near.glsl"
+#ifdef UNBOUNDED
+#include "packet.glsl"
+#else
 #include "gather.glsl"
+#endif
 
 // The texels of near blocks: exact distances with their sign. A group owns a block, an invocation a texel; they look for triangles
 // together. Writes 4 bytes a texel, and 4 for its triangle; reads 4 bytes a block, what the walk visits and what signs take.
 //
 // A texel that finds nothing within a step to the next one is on the side of the texel beside it, for no surface is between the
 // two: only those nearer look for their side, or where there are none one for all. A block where no texel finds anything within its
-// reach is near no more. Where far texels need distances too, every texel finds something.
+// reach is near no more. Where distances are flooded, texels beyond the band take the distance of the triangle that the texel
+// nearest to them in the block found; where all are exact, the walk has no bound, and is another one.
 
 layout(local_size_x = 64) in;
 
+shared uint triangles[64];  // that the texels found
 shared uint masks[6];  // of the 64 texels, two words each: those that found something, that look for their side, that are inside
 
 uint64_t mask_of(uint i) {
@@ -49,23 +55,43 @@ void set_mask(uint i) {
     atomicOr(masks[i + gl_LocalInvocationIndex / 32], 1u << (gl_LocalInvocationIndex & 31u));
 }
 
+// Which of the texels in a mask is nearest to this one.
+uint nearest_of(uint64_t texels) {
+    uvec2 bits = uvec2(texels, texels >> 32);
+    ivec3 own = child_first(gl_LocalInvocationIndex, 1);
+    uint nearest = 0;
+    int least = 1000;
+    while ((bits.x | bits.y) != 0) {
+        uint i = bits.x != 0 ? findLSB(bits.x) : 32 + findLSB(bits.y);
+        bits = bits.x != 0 ? uvec2(bits.x & (bits.x - 1), bits.y) : uvec2(0, bits.y & (bits.y - 1));
+        ivec3 way = child_first(i, 1) - own;
+        int away2 = way.x * way.x + way.y * way.y + way.z * way.z;
+        nearest = away2 < least ? i : nearest;
+        least = min(least, away2);
+    }
+    return nearest;
+}
+
 // The triangle nearest to the block's middle texel floods, or where that found none the one of another texel.
-void choose(uvec3 grid, uvec3 block, uint64_t known, vec3 p, mesh_nearest n) {
+void choose(uvec3 grid, uvec3 block, uint64_t known, vec3 p, inout mesh_nearest n) {
     const uint MIDDLE = 42;
     uint low = uint(known);
     uint first = low != 0 ? findLSB(low) : 32 + findLSB(uint(known >> 32));
     if (gl_LocalInvocationIndex == ((known >> MIDDLE & 1) != 0 ? MIDDLE : first)) {
         near_store_cell(grid, block, near_cell(p + n.point, n.triangle));
     }
+    triangles[gl_LocalInvocationIndex] = n.triangle;
+    barrier();
+    if (n.triangle == FM_GPU_NONE) {
+        n.distance2 = triangle_distance2(triangles[nearest_of(known)], p);
+    }
 }
 
-// Texels beyond the grid's end are looked at too: sides may come by way of them.
-void do_block(uvec3 grid, uvec3 block) {
-    ivec3 at = ivec3(block) * FM_SDF_MIDDLE + child_first(gl_LocalInvocationIndex, 1);
-    vec3 p = texel_place(vec3(at));
-    if (gl_LocalInvocationIndex < 6) {
-        masks[gl_LocalInvocationIndex] = 0;
-    }
+// What is nearest to the texel, within the reach.
+mesh_nearest look(uvec3 block, vec3 p) {
+#ifdef UNBOUNDED
+    return packet_nearest(push.mesh, p, near_reach() * near_reach(), packet_middle(block), FM_GPU_NONE);
+#else
     // The subgroup's texels, if invocations are numbered along it; else the block's.
     uvec2 range = min(uvec2(gl_SubgroupID, gl_SubgroupID + 1) * gl_SubgroupSize - uvec2(0, 1), uvec2(63));
     ivec3 low = child_first(range.x, 1);
@@ -76,7 +102,18 @@ void do_block(uvec3 grid, uvec3 block) {
     high = along ? high : ivec3(FM_SDF_MIDDLE - 1);
     vec3 middle = texel_place(vec3(block) * FM_SDF_MIDDLE + 0.5 * vec3(low + high));
     vec3 half_size = 0.5 * vec3(high - low) * vec3(push.spacing[0], push.spacing[1], push.spacing[2]);
-    mesh_nearest n = gather_nearest(push.mesh, p, near_reach(), middle, half_size);
+    return gather_nearest(push.mesh, p, near_reach(), middle, half_size);
+#endif
+}
+
+// Texels beyond the grid's end are looked at too: sides may come by way of them.
+void do_block(uvec3 grid, uvec3 block) {
+    ivec3 at = ivec3(block) * FM_SDF_MIDDLE + child_first(gl_LocalInvocationIndex, 1);
+    vec3 p = texel_place(vec3(at));
+    if (gl_LocalInvocationIndex < 6) {
+        masks[gl_LocalInvocationIndex] = 0;
+    }
+    mesh_nearest n = look(block, p);
     float step = 1.0001 * max(push.spacing[0], max(push.spacing[1], push.spacing[2]));
     bool close = n.distance2 < step * step;
     if (n.triangle != FM_GPU_NONE) {
