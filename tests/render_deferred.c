@@ -217,6 +217,57 @@ static void check_shadows(stage *s) {
     CHECK(map > ours && map < 0.3);
 }
 
+// Rays that leave the field's surface do not meet the triangles that it stands for: the sphere's upper half and the floor beyond
+// the penumbra see all of the light, and the floor under the sphere sees no middle of it.
+static void check_rays_from_field(stage *s, fm_shadows shadows, float level) {
+    fm_deferred_desc desc = view_of(s, FM_SURFACE_FIELD, shadows);
+    desc.samples = 16;
+    desc.map_edge = 512;
+    desc.level = level;
+    if (!render(s, &desc, shares, depths, pixels)) {
+        return;
+    }
+    const double umbra = (double)sphere_radius, voxel = (double)edge / TEXELS, reach = umbra + 0.2 * (double)sphere_z + 4 * voxel;
+    int open = 0, shut = 0, wrong = 0;
+    for (int i = 0; i < PIXELS; i++) {
+        double way[3], at[3];
+        way_of(&desc.camera, i % WIDTH, i / WIDTH, way);
+        for (int k = 0; k < 3; k++) {
+            at[k] = (double)desc.camera.position[k] + way[k] * (double)depths[i];
+        }
+        const double off = hypot(at[0], at[1]), side = fmax(fabs(at[0]), fabs(at[1]));
+        const bool lit = at[2] > (double)sphere_z + 0.1 || (at[2] < 0.1 && off > reach && side < 0.5 * (double)edge - 3 * voxel);
+        const bool dark = shadows == FM_SHADOWS_RAY && at[2] < 0.1 && off < umbra - 3 * voxel;
+        open += lit;
+        shut += dark;
+        wrong += (lit && !(shares[i] > 0.999f)) || (dark && shares[i] != 0);
+    }
+    if (!CHECK(open > PIXELS / 8 && (shut > 100) == (shadows == FM_SHADOWS_RAY) && wrong == 0)) {
+        fprintf(stderr, "    shadows %d, level %g: %d open, %d shut, %d wrong\n", (int)shadows, (double)level, open, shut, wrong);
+    }
+}
+
+// Far from the origin, floats are a few units of a thousandth apart; a picture is still that of the mesh.
+static void check_far_away(fm_context *context) {
+    enum { FAR = 1 << 20 };
+    const float low[3] = {FAR, FAR, FAR}, high[3] = {FAR + 64, FAR + 64, FAR + 64};
+    scene_mesh box = scene_mesh_box(low, high);
+    const fm_mesh_desc parts = scene_mesh_describe(&box);
+    stage s = {.context = context};
+    if (CHECK_OK(fm_mesh_create(context, &parts, &s.mesh)) && CHECK_OK(fm_deferred_create(context, &s.deferred))) {
+        fm_deferred_desc desc = view_of(&s, FM_SURFACE_MESH, FM_SHADOWS_RAY);
+        desc.camera = (fm_camera){.position = {FAR + 32, FAR + 32, FAR + 200}, .forward = {0, 0, -1}, .up = {0, 1, 0}, .fov_y = 20};
+        if (render(&s, &desc, shares, depths, pixels)) {
+            const int middle = HEIGHT / 2 * WIDTH + WIDTH / 2;
+            CHECK(fabsf(depths[middle] - 136) < 1 && shares[middle] > 0.999f);
+        }
+        desc.camera.position[0] = 1e19f;
+        CHECK_FAILS(fm_deferred_render(s.deferred, &desc, NULL), FM_ERROR_INVALID_ARGUMENT);
+    }
+    close_stage(&s);
+    scene_mesh_free(&box);
+}
+
 static double picture_error(const double *reference) {
     double sum = 0;
     for (int i = 0; i < 4 * PIXELS; i++) {
@@ -332,11 +383,16 @@ static void check_one(fm_context *context) {
     if (open_stage(&s, context)) {
         check_surfaces(&s);
         check_shadows(&s);
+        const fm_shadows by_rays[] = {FM_SHADOWS_RAY, FM_SHADOWS_DISTRIBUTED};
+        for (int i = 0; i < 4; i++) {
+            check_rays_from_field(&s, by_rays[i % 2], i / 2 ? -0.04f : 0);
+        }
         check_blending(&s);
         check_arguments(&s);
         check_empty_field(&s);
     }
     close_stage(&s);
+    check_far_away(context);
 }
 
 // Pictures of the device differ from the processor's by rounding only.

@@ -33,7 +33,8 @@ typedef struct fm_light {
     float color[3];  // light that arrives, 1 being white; all 0: 1, 1, 1
 } fm_light;
 
-// How much of a light a place sees.
+// How much of a light a place sees. Rays through the mesh begin above what they leave: above FM_SURFACE_FIELD by a voxel's
+// diagonal.
 typedef enum fm_shadows {
     FM_SHADOWS_NONE = 0,
     FM_SHADOWS_RAY,  // one ray to the light's middle through the mesh: hard
@@ -62,7 +63,7 @@ typedef enum fm_deferred_view {
 enum { FM_MAX_LIGHTS = 4 };
 
 typedef struct fm_deferred_desc {
-    fm_camera camera;        // in world units
+    fm_camera camera;        // in world units; its place within 1e18 of 0 along each axis
     uint32_t width, height;  // pixels, 1 to 16384
     fm_surface surface;
     fm_deferred_view view;

@@ -15,10 +15,14 @@ static bool all_zero(const float v[3]) {
 }
 
 fm_result fm_camera_check(const fm_camera *camera) {
+    return fm_camera_check_within(camera, FM_CAMERA_FARTHEST);
+}
+
+fm_result fm_camera_check_within(const fm_camera *camera, float farthest) {
     for (int i = 0; i < 3; i++) {
-        if (!(fabsf(camera->position[i]) <= FM_CAMERA_FARTHEST)) {
-            return fm_fail(FM_ERROR_INVALID_ARGUMENT, "camera.position has %c = %g: -%d to %d is accepted", "xyz"[i],
-                           (double)camera -> position[i], FM_CAMERA_FARTHEST, FM_CAMERA_FARTHEST);
+        if (!(fabsf(camera->position[i]) <= farthest)) {
+            return fm_fail(FM_ERROR_INVALID_ARGUMENT, "camera.position has %c = %g: -%g to %g is accepted", "xyz"[i],
+                           (double)camera -> position[i], (double)farthest, (double)farthest);
         }
     }
     if (!fm_all_finite(camera->forward) || all_zero(camera->forward)) {

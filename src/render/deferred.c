@@ -19,6 +19,9 @@ _Static_assert(FM_GPU_SURFACE_MESH == FM_SURFACE_MESH && FM_GPU_SURFACE_FIELD ==
 
 enum { MAX_SAMPLES = 65536, MAX_STEPS = 4096, MAX_MAP_EDGE = 8192, DEFAULT_MAP_EDGE = 1024 };
 
+// Squares of lengths must stay numbers.
+#define FARTHEST 1e18f
+
 fm_result fm_deferred_create(fm_context *context, fm_deferred **deferred) {
     if (!context || !deferred) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", context ? "deferred" : "context");
@@ -69,7 +72,7 @@ static fm_result check_light(const fm_light *light, uint32_t number, fm_shadows 
                        (double)light->way[0], (double)light->way[1], (double)light->way[2],
                        light->kind == FM_LIGHT_DIRECTIONAL ? ", not all 0," : "");
     }
-    const float most = light->kind == FM_LIGHT_DIRECTIONAL ? 45 : 1e18f;
+    const float most = light->kind == FM_LIGHT_DIRECTIONAL ? 45 : FARTHEST;
     if (!(light->size >= 0 && light->size < most)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "lights[%u].size is %g: 0 or above and below %g is accepted", number,
                        (double)light->size, (double)most);
@@ -124,7 +127,7 @@ static fm_result check_field(const fm_deferred *deferred, const fm_volume *field
 }
 
 static fm_result check(const fm_deferred *deferred, const fm_deferred_desc *desc) {
-    FM_TRY(fm_camera_check(&desc->camera));
+    FM_TRY(fm_camera_check_within(&desc->camera, FARTHEST));
     FM_TRY(check_numbers(desc));
     for (uint32_t i = 0; i < desc->light_count; i++) {
         FM_TRY(check_light(&desc->lights[i], i, desc->shadows));
@@ -173,6 +176,18 @@ static void set_field(const fm_volume *field, fm_defer_scene *scene) {
     scene->field = (uint64_t)(uintptr_t)field->data;
 }
 
+// How far above the surface rays through the mesh begin. A hit of a triangle is off by what rounding makes of its place: a few
+// units in the last place. A field's surface is where values between texels cross `level`: off the triangles by up to a cell, and
+// below them where `level` is.
+static float lift_of(const fm_deferred_desc *desc, const fm_defer_scene *scene, const float low[3], const float high[3]) {
+    double size = 0;
+    for (int i = 0; i < 3; i++) {
+        size = fmax(size, fmax(fabs((double)high[i]), fabs((double)low[i])));
+    }
+    const float rounding = low[0] <= high[0] ? (float)(1e-6 * size) : 0;
+    return desc->surface == FM_SURFACE_FIELD ? rounding + scene->diagonal + fmaxf(-desc->level, 0) : rounding;
+}
+
 static fm_result make_picture(const fm_deferred *deferred, const fm_deferred_desc *desc, fm_deferred_picture *picture) {
     picture->desc = *desc;
     // What is not wanted is not looked at: it may be of anywhere.
@@ -202,12 +217,7 @@ static fm_result make_picture(const fm_deferred *deferred, const fm_deferred_des
     if (wants_mesh(desc)) {
         float low[3], high[3];
         fm_mesh_bounds(desc->mesh, low, high);
-        double size = 0;
-        for (int i = 0; i < 3; i++) {
-            size = fmax(size, fmax(fabs((double)high[i]), fabs((double)low[i])));
-        }
-        // Above what rounding makes of a hit's place: a few units in the last place.
-        scene->lift = low[0] <= high[0] ? (float)(1e-6 * size) : 0;
+        scene->lift = lift_of(desc, scene, low, high);
         fm_deferred_cascades(picture, low, high);
     }
     return FM_OK;

@@ -37,6 +37,8 @@ typedef struct fm_picture {
 
 // camera.c
 fm_result fm_camera_check(const fm_camera *camera);
+// The same of a camera whose places are not voxels: at most `farthest` from 0 along each axis.
+fm_result fm_camera_check_within(const fm_camera *camera, float farthest);
 bool fm_all_finite(const float v[3]);
 void fm_cross_product(const double a[3], const double b[3], double out[3]);
 // Of `push`: origin, corner, right, down.
