@@ -25,9 +25,9 @@ typedef struct cast_case {
 #define OCTREE(of_kind, of_code, of_size) .desc = {.kind = of_kind, .code = of_code, .size = of_size, .top_bytes = 256}
 
 static const cast_case cases[] = {
-    {"spherical", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_SPHERICAL, 64), 0, {0.15, 0.3, 8, 0.004}},
-    {"octahedral", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_OCTAHEDRAL, 64), 0, {0.15, 0.3, 8, 0.004}},
-    {"floats", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_FLOATS, 64), 0, {0.15, 0.3, 8, 0.004}},
+    {"spherical", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_SPHERICAL, 64), 0, {0.2, 0.45, 8, 0.004}},
+    {"octahedral", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_OCTAHEDRAL, 64), 0, {0.2, 0.45, 8, 0.004}},
+    {"floats", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_FLOATS, 64), 0, {0.2, 0.45, 8, 0.004}},
     {"as published", OCTREE(FM_OCTREE_CLOSEST, FM_OCTREE_SPHERICAL, 64), -0.1f, {0.2, 0.5, 45, 0.004}},
     {"distances", OCTREE(FM_OCTREE_DISTANCE, FM_OCTREE_SPHERICAL, 64), 0, {0.1, 0.5, 8, 0.004}},
     {"distances, sampled", OCTREE(FM_OCTREE_DISTANCE, FM_OCTREE_SPHERICAL, 64), -0.1f, {0.2, 0.5, 8, 0.004}},

@@ -97,7 +97,7 @@ static outcome compare(const fm_mesh *mesh, double cell) {
     return sum;
 }
 
-static void check_octree(const char *name, fm_mesh *mesh, fm_octree *octree) {
+static void check_octree(const char *name, fm_mesh *mesh, fm_octree *octree, bool coarse) {
     fm_octree_info info;
     fm_octree_describe(octree, &info);
     make_rays(info.cell);
@@ -112,18 +112,21 @@ static void check_octree(const char *name, fm_mesh *mesh, fm_octree *octree) {
         printf("%-8s kind %d%s: %d holes and %d rays that met nothing of %d; off %.4f cells, cosine %.4f\n", name, (int)info.kind,
                sampled ? ", sampled" : "", sum.holes, sum.imagined, sum.smooth, sum.off / sum.both, sum.turned / sum.both);
         CHECK(sum.smooth > GROUPS / 10);
-        CHECK(sum.holes <= sum.smooth / (sampled ? 100 : 400));
-        CHECK(sum.imagined == 0);
-        CHECK(sum.off / sum.both < (sampled ? 0.2 : 0.06));
-        CHECK(sum.turned / sum.both < (sampled ? 0.2 : 0.03));
+        CHECK(sum.imagined <= (coarse ? 1 : 0));
+        // Along edges that are few cells apart samples slip through; looking at cells as a whole does not.
+        if (!coarse || (!sampled && info.kind == FM_OCTREE_CLOSEST)) {
+            CHECK(sum.holes <= sum.smooth / (sampled || coarse ? 100 : 400));
+            CHECK(sum.off / sum.both < (sampled || coarse ? 0.2 : 0.06));
+            CHECK(sum.turned / sum.both < (sampled || coarse ? 0.2 : 0.03));
+        }
     }
 }
 
-static void check_mesh(fm_context *context, const char *name, scene_mesh *scene) {
-    static const fm_octree_desc descs[] = {{.size = 90},
-                                           {.size = 90, .code = FM_OCTREE_OCTAHEDRAL, .method = FM_OCTREE_GROWN},
-                                           {.kind = FM_OCTREE_DISTANCE, .size = 90},
-                                           {.kind = FM_OCTREE_BRICKS, .size = 90}};
+static void check_mesh(fm_context *context, const char *name, scene_mesh *scene, uint32_t size) {
+    const fm_octree_desc descs[] = {{.size = size},
+                                    {.size = size, .code = FM_OCTREE_OCTAHEDRAL, .method = FM_OCTREE_GROWN},
+                                    {.kind = FM_OCTREE_DISTANCE, .size = size},
+                                    {.kind = FM_OCTREE_BRICKS, .size = size}};
     const fm_mesh_desc desc = scene_mesh_describe(scene);
     fm_mesh *mesh = NULL;
     if (!CHECK_OK(fm_mesh_create(context, &desc, &mesh))) {
@@ -132,7 +135,7 @@ static void check_mesh(fm_context *context, const char *name, scene_mesh *scene)
     for (int i = 0; i < 4; i++) {
         fm_octree *octree = NULL;
         if (CHECK_OK(fm_octree_build_mesh(mesh, &descs[i], &octree))) {
-            check_octree(name, mesh, octree);
+            check_octree(name, mesh, octree, size < 60);
         }
         fm_octree_destroy(octree);
     }
@@ -155,12 +158,17 @@ int main(int count, char **arguments) {
     const float centre[3] = {0, 0, 0};
     scene_mesh ball = scene_mesh_sphere(40, 80, centre, 0.8f), tubes = scene_mesh_tubes(48, centre, 1.6f);
     scene_mesh ring = scene_mesh_torus(64, 32, centre, 0.6f, 0.2f);
-    check_mesh(context, "ball", &ball);
-    check_mesh(context, "tubes", &tubes);
-    check_mesh(context, "ring", &ring);
+    scene_mesh edges = scene_mesh_torus(12, 6, centre, 0.6f, 0.2f), waves = scene_mesh_sheet(12, centre, 1.6f, 0.5f);
+    check_mesh(context, "ball", &ball, 90);
+    check_mesh(context, "tubes", &tubes, 90);
+    check_mesh(context, "ring", &ring, 90);
+    check_mesh(context, "edges", &edges, 30);
+    check_mesh(context, "waves", &waves, 30);
     scene_mesh_free(&ball);
     scene_mesh_free(&tubes);
     scene_mesh_free(&ring);
+    scene_mesh_free(&edges);
+    scene_mesh_free(&waves);
     vulkan_close(context);
     return check_summary();
 }

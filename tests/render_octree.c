@@ -375,6 +375,12 @@ static void check_all(stage *s, stage *cpu) {
         if (torus && ball) {
             fm_octree_render_desc desc = view_of(torus);
             check_rays(s, torus, &desc);
+            // So near that beams end among the leaves, where they are as long as the surface allows.
+            fm_octree_render_desc close = desc;
+            const float towards[3] = {-0.62f, 2.05f, -0.72f};
+            memcpy(close.camera.forward, towards, sizeof towards);
+            close.camera.fov_y = 5;
+            check_rays(s, torus, &close);
             check_shadow(s, &shapes[1], torus);
         }
         // A driver compiles a kernel for each of these: seconds on one that is software.

@@ -86,40 +86,71 @@ FM_RULE fm_vcp_near fm_vcp_nearest_plane(fm_vcp_cell cell, fm_v3 u, fm_v3 way, f
 // each other no farther apart than they are long, also from cell to cell. Lengths in finest cells.
 FM_PUSH_STRUCT(fm_vcp_trail) {
     fm_v3 v;
-    fm_float t;      // of the ray; below 0: it is not near
-    fm_float loose;  // as fm_vcp_crossed has it: 0 where no plane was within epsilon
+    fm_float t;  // of the ray; below 0: it is not near
 };
 
 // Where the surface is met in a cell.
 FM_PUSH_STRUCT(fm_vcp_found) {
-    fm_float s;  // edges of the cell from where the ray was; below 0: nowhere
+    fm_float s;    // edges of the cell from where the ray was; below 0: nowhere
+    fm_float end;  // how far the cell was looked at; above the ray's stay in it: to its end
     fm_int corner;
     fm_vcp_trail trail;
 };
 
-// How far a surface may have been missed by that is met all the same where vectors do not agree on it, in finest cells.
-#define FM_VCP_LOOSE 0.2f
-// ... and how fast it must come nearer: along smooth outlines rays pass by slowly.
-#define FM_VCP_STEEP 0.2f
-
-// Whether the surface that was ahead is behind, though no sample was within epsilon: in creases the vectors to different faces do
-// not cancel. What was ahead is then behind, or is left behind between two samples, at a distance no longer than `loose`. (Past an
-// edge or a rod that is farther, vectors turn, too, but by less than a right angle between samples no farther apart than the first
-// is long.)
-FM_RULE bool fm_vcp_crossed(fm_v3 before, fm_v3 now, fm_v3 way, fm_float step, fm_float loose) {
-    fm_float ahead = fm_dot(before, way), behind = fm_dot(now, way);
-    if (!(ahead > 0 && behind <= 0)) {
-        return false;
-    }
-    fm_v3 beside = fm_add(before, fm_times(fm_less(now, before), ahead / (ahead - behind)));
-    bool turned = ahead - behind > FM_VCP_STEEP * step;
-    return fm_dot(before, now) < 0 || (turned && fm_dot(beside, beside) < loose * loose);
+// Whether the surface that was ahead is behind, though no sample was within epsilon. (Past an edge or a rod that is farther vectors
+// turn, too, but by less than a right angle between samples no farther apart than the first is long.)
+FM_RULE bool fm_vcp_crossed(fm_v3 before, fm_v3 now, fm_v3 way) {
+    return fm_dot(before, way) > 0 && fm_dot(now, way) < 0 && fm_dot(before, now) < 0;
 }
 
 // How far the plane that a vector stands on is along the ray, forwards or back, and at most 2 epsilon.
 FM_RULE fm_float fm_vcp_onto(fm_v3 v, fm_v3 way, fm_float epsilon) {
     fm_float along = fm_dot(v, way);
     fm_float on = FM_SIZE_OF(along) > 1e-12f ? fm_dot(v, v) / along : 0.0f;
+    return FM_MIN(FM_MAX(on, -2 * epsilon), 2 * epsilon);
+}
+
+// The mean of the corners' directions, each turned to the side of that whose plane was met: directions are kept finely, while those
+// of the short vectors by a surface say little. Its length is 1 where the surface is flat, less where faces meet.
+FM_RULE fm_v3 fm_vcp_mean(fm_vcp_cell cell, fm_v3 u, fm_int corner) {
+    fm_v3 side = cell.v[0], sum = fm_v3_of(0, 0, 0);
+    for (int i = 1; i < 8; i++) {
+        if (i == corner) {
+            side = cell.v[i];
+        }
+    }
+    fm_float all = 0;
+    fm_v3 in_cell = fm_v3_of(FM_MIN(FM_MAX(u.x, 0.0f), 1.0f), FM_MIN(FM_MAX(u.y, 0.0f), 1.0f), FM_MIN(FM_MAX(u.z, 0.0f), 1.0f));
+    for (int i = 0; i < 8; i++) {
+        // A vector without length has no direction.
+        fm_v3 way = fm_unit(cell.v[i]);
+        fm_float weight = fm_dot(way, way) > 0 ? fm_octree_weight(i, in_cell) : 0.0f;
+        sum = fm_add(sum, fm_times(way, fm_dot(way, side) < 0 ? -weight : weight));
+        all += weight;
+    }
+    return all > 0 ? fm_times(sum, 1 / all) : side;
+}
+
+// How much farther than epsilon from the trilinear vectors' surface that of a plane may be, in finest cells: along edges vectors to
+// both faces meet, which do not cancel, and their surface would have slits.
+#define FM_VCP_EDGE 0.15f
+
+// ... at a place: nothing where the surface is flat, all of it in the middle of an edge of 67 degrees or more.
+FM_RULE fm_float fm_vcp_slack(fm_vcp_cell cell, fm_v3 u, fm_int corner) {
+    fm_v3 mean = fm_vcp_mean(cell, u, corner);
+    return FM_VCP_EDGE * FM_MIN(6 * FM_MAX(1 - fm_octree_length(mean), 0.0f), 1.0f);
+}
+
+// Where the plane of a corner is, along the ray, forwards or back, and at most 2 epsilon.
+FM_RULE fm_float fm_vcp_onto_plane(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_int corner, fm_float epsilon) {
+    fm_v3 v = cell.v[0];
+    for (int i = 1; i < 8; i++) {
+        if (i == corner) {
+            v = cell.v[i];
+        }
+    }
+    fm_float rate = fm_dot(v, way), apart = fm_dot(v, v) + fm_dot(v, fm_less(fm_octree_corner_of(corner), u));
+    fm_float on = FM_SIZE_OF(rate) > 1e-12f ? apart / rate : 0.0f;
     return FM_MIN(FM_MAX(on, -2 * epsilon), 2 * epsilon);
 }
 
@@ -136,6 +167,7 @@ FM_RULE fm_vcp_found fm_vcp_in_cell(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_flo
                                     fm_float t, fm_vcp_trail trail) {
     fm_vcp_found found;
     found.s = -1;
+    found.end = 0;
     found.corner = 0;
     found.trail = trail;
     bool near = trail.t >= 0;
@@ -161,39 +193,25 @@ FM_RULE fm_vcp_found fm_vcp_in_cell(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_flo
             found.s = FM_MAX(s + fm_vcp_onto(v, way, epsilon), 0.0f);
             return found;
         }
-        fm_float loose = plane.s <= 0 ? FM_VCP_LOOSE : 0.0f;
-        if (near && fm_vcp_crossed(before, v, way, s - last, FM_MAX(loose, found.trail.loose) / size)) {
+        if (plane.s <= 0 && length <= epsilon + FM_VCP_EDGE / size &&
+            length <= epsilon + fm_vcp_slack(cell, at, found.corner) / size) {
+            found.s = FM_MAX(s + fm_vcp_onto_plane(cell, at, way, found.corner, epsilon), 0.0f);
+            return found;
+        }
+        if (near && fm_vcp_crossed(before, v, way)) {
             fm_float from = fm_octree_length(before);
             found.s = FM_MAX(last + (s - last) * from / (from + length), 0.0f);
             return found;
         }
         near = fm_dot(v, way) > 0 && length < FM_VCP_NEAR;
         before = v;
-        found.trail.loose = loose;
         last = s;
         s += fm_vcp_pace(length);
     }
+    found.end = s;
     found.trail.v = fm_times(before, size);
     found.trail.t = near ? t + last * size : -1.0f;
     return found;
-}
-
-// The mean of the corners' directions, each turned to the side of that whose plane was met: directions are kept finely, while those
-// of the short vectors by a surface say little.
-FM_RULE fm_v3 fm_vcp_normal(fm_vcp_cell cell, fm_v3 u, fm_int corner) {
-    fm_v3 side = cell.v[0], sum = fm_v3_of(0, 0, 0);
-    for (int i = 1; i < 8; i++) {
-        if (i == corner) {
-            side = cell.v[i];
-        }
-    }
-    fm_v3 in_cell = fm_v3_of(FM_MIN(FM_MAX(u.x, 0.0f), 1.0f), FM_MIN(FM_MAX(u.y, 0.0f), 1.0f), FM_MIN(FM_MAX(u.z, 0.0f), 1.0f));
-    for (int i = 0; i < 8; i++) {
-        fm_v3 way = fm_unit(cell.v[i]);
-        fm_float weight = fm_octree_weight(i, in_cell);
-        sum = fm_add(sum, fm_times(way, fm_dot(way, side) < 0 ? -weight : weight));
-    }
-    return fm_dot(sum, sum) > 1e-4f ? fm_unit(sum) : fm_unit(side);
 }
 
 // A ray's way to the next cell that must be looked at as a whole.
@@ -254,7 +272,6 @@ FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray
     fm_vcp_trail trail;
     trail.v = fm_v3_of(0, 0, 0);
     trail.t = -1;
-    trail.loose = 0;
     for (int i = 0; i < FM_CAST_STEPS; i++) {
         go = fm_vcp_go(head, ray, go, epsilon);
         if (!(go.t <= ray.far)) {
@@ -270,11 +287,11 @@ FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray
         trail = found.trail;
         if (found.s >= 0) {
             u = fm_add(u, fm_times(ray.way, found.s));
-            met = fm_octree_meet(head, ray, go.t + found.s * size, fm_vcp_normal(cell, u, found.corner), go.spot.level);
+            met = fm_octree_meet(head, ray, go.t + found.s * size, fm_unit(fm_vcp_mean(cell, u, found.corner)), go.spot.level);
             met.mark = fm_octree_attribute_at(head, leaf, u);
             break;
         }
-        go.t += go.stay + ray.nudge;
+        go.t += found.end * size > go.stay ? go.stay + ray.nudge : found.end * size;
         go.steps++;
     }
     met.reads = go.spot.reads + go.leaves;
