@@ -110,7 +110,8 @@ FM_API void fm_octree_describe(const fm_octree *octree, fm_octree_info *info);
 // ---------------------------------------------------------------------------------------------------------------------------
 
 // Builds an octree of any kind from a mesh in the mesh's context. Voxels are those that the surface touches (FM_SEPARATION_26), and
-// their number is 1, that of a triangle there and 1 (FM_OCTREE_TRIANGLE), or its colour, red in the lowest bits (FM_OCTREE_COLOR).
+// their number is 182, a grey of worlds, that of a triangle there and 1 (FM_OCTREE_TRIANGLE), or its colour, red in the lowest bits
+// (FM_OCTREE_COLOR).
 // Errors: FM_ERROR_INVALID_ARGUMENT for NULL, sizes and enumerators out of range, a box without volume, attributes without their
 // arrays; FM_ERROR_UNSUPPORTED for more nodes or leaves than their numbers hold; FM_ERROR_OUT_OF_HOST_MEMORY,
 // FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.

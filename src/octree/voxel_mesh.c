@@ -10,7 +10,7 @@
 
 #include <string.h>
 
-enum { LEAST_CUBE = 6, TILE = 64, TILE_CELLS = TILE * TILE * TILE, NONE = -1, MOST_POINTS = 256, POLYGON = 10 };
+enum { LEAST_CUBE = 6, TILE = 64, TILE_CELLS = TILE * TILE * TILE, NONE = -1, MOST_POINTS = 256, POLYGON = 10, GREY = 182 };
 static const uint64_t MOST_CUBES = 1 << 22;
 
 typedef struct link {
@@ -157,7 +157,7 @@ static uint32_t number_of(const surface *own, uint32_t triangle, const uint32_t 
     case FM_OCTREE_COLOR:
         return color_at(own, triangle, cell);
     default:
-        return 1;
+        return GREY;
     }
 }
 

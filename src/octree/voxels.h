@@ -100,7 +100,7 @@ fm_result fm_voxel_room(fm_voxel_trees *trees, fm_octree_array *array, uint64_t 
 // What builds from meshes (voxel_mesh.c) share with those from sources. `desc` is checked, its kind one of the four.
 fm_result fm_voxel_build(fm_context *context, fm_voxel_feed *feed, const fm_octree_desc *desc, const double low[3],
                          const double high[3], fm_octree **octree);
-// voxel_mesh.c: of the surface of a mesh. `desc` is checked; the numbers are 1, the triangle's and 1, or its colour.
+// voxel_mesh.c: of the surface of a mesh. `desc` is checked; the numbers are 182, the triangle's and 1, or its colour.
 fm_result fm_octree_voxels_from_mesh(fm_mesh *mesh, const fm_octree_desc *desc, const double low[3], const double high[3],
                                      fm_octree **octree);
 // What sources and worlds share.

@@ -96,14 +96,15 @@ FM_RULE fm_octree_span fm_contour_span(fm_contours_ray ray, const fm_float low[3
     return span;
 }
 
-// Of a leaf that is met at `t`: through the face of `axis`, or, where that is 4, through a plane of the contour.
+// Of a leaf that is met at `t`, through the face of `axis`. Its contour, where it has one, is the surface: its normal counts even
+// where the ray is between the planes when it comes in.
 FM_RULE fm_octree_met fm_contours_met(fm_octree_walk walk, fm_v3 way, fm_float t, int axis, fm_uint contour, fm_uint number,
                                       fm_uint reads, int level) {
     fm_octree_walk last = walk;
     last.t = t;
     last.axis = axis;
     fm_octree_met met = fm_walk_met(last, way, number, reads, level);
-    if (axis == 4) {
+    if (contour != 0u) {
         fm_v3 normal =
             fm_v3_of(FM_F(fm_contour_normal(contour, 0)), FM_F(fm_contour_normal(contour, 1)), FM_F(fm_contour_normal(contour, 2)));
         normal = fm_unit(fm_dot(normal, way) > 0 ? fm_times(normal, -1.0f) : normal);
@@ -172,8 +173,7 @@ FM_RULE fm_octree_met fm_contours_top(fm_octree_head head, fm_octree_walk walk, 
                     const fm_uint base = FM_WORD(head.words, place);
                     const fm_uint before = (base & FM_CONTOURS_SAME) != 0u ? 0u : FM_ONES(masks & 255u & (bit - 1u));
                     const fm_uint number = FM_WORD(head.values, (base & ~FM_CONTOURS_SAME) + before);
-                    return fm_contours_met(walk, way, in_child.first, in_child.first > span.first ? 4 : axis, contour, number,
-                                           reads + 2u, scale - least_scale);
+                    return fm_contours_met(walk, way, in_child.first, axis, contour, number, reads + 2u, scale - least_scale);
                 }
                 if (scale > least_scale) {
                     nodes[scale] = node;

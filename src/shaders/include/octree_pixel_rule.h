@@ -174,6 +174,11 @@ FM_RULE fm_v3 fm_octree_color(fm_octree_head head, fm_uint mark) {
     if (head.mark == FM_GPU_COLOR) {
         return fm_v3_of(fm_light_of(mark & 255u), fm_light_of(mark >> 8 & 255u), fm_light_of(mark >> 16 & 255u));
     }
+    if (head.mark == FM_GPU_PLAIN && (head.kind == FM_GPU_VOXELS || head.kind == FM_GPU_CONTOURS || head.kind == FM_GPU_TREE64)) {
+        // RGB332, as of worlds.
+        return fm_v3_of(fm_light_of((mark >> 5 & 7u) * 255u / 7u), fm_light_of((mark >> 2 & 7u) * 255u / 7u),
+                        fm_light_of((mark & 3u) * 85u));
+    }
     return fm_v3_of(FM_CLAY);
 }
 

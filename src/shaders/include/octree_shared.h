@@ -17,7 +17,8 @@
 #define FM_GPU_SPHERICAL 0
 #define FM_GPU_OCTAHEDRAL 1
 #define FM_GPU_FLOATS 2
-#define FM_GPU_COLOR 2  // of fm_octree_attribute
+#define FM_GPU_PLAIN 0  // of fm_octree_attribute
+#define FM_GPU_COLOR 2
 
 // Nodes of CLOSEST, DISTANCE and VOXELS are 32-bit signed words. Below 2^30: an internal node, the index of the first of its eight
 // children (x + 2 y + 4 z), which follow each other. From 2^30 on: an empty leaf, and the surface is at least (word - 2^30) /
