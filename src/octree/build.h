@@ -41,6 +41,7 @@ typedef struct fm_octree_field {
     float *distance;      // +infinity: not known. DISTANCE: negative inside
     uint32_t *triangles;  // places in the soup; FM_NO_TRIANGLE: not known
     float (*vectors)[3];  // to the nearest point
+    uint32_t *codes;      // of the vectors, at corners of leaves
 } fm_octree_field;
 
 // A bound for how far the surface is, everywhere in the box: an exact transform of the coarse cells that it passes.

@@ -36,6 +36,7 @@ static uint64_t lay_out(const fm_octree_build *build, fm_octree_chunk *chunk, ui
         field->distance = take(base, &used, corners * sizeof *field->distance);
         field->triangles = take(base, &used, corners * sizeof *field->triangles);
         field->vectors = take(base, &used, corners * sizeof *field->vectors);
+        field->codes = take(base, &used, corners * sizeof *field->codes);
         field->band = fm_octree_reach(build, level);
         fm_octree_nodes *nodes = &chunk->nodes[level];
         const uint64_t count = (uint64_t)nodes->shape[0] * nodes->shape[1] * nodes->shape[2];

@@ -135,39 +135,71 @@ static uint32_t attribute_of(const fm_octree_build *build, const fm_octree_field
     return build->desc->attribute == FM_OCTREE_COLOR ? mix_color(paint, shares) : mix_texture(paint, shares);
 }
 
-static void write_vector(fm_octree_build *build, const float vector[3], int level, uint8_t *to, uint64_t *errors) {
-    const fm_v3 v = {vector[0], vector[1], vector[2]};
-    if (build->desc->code == FM_OCTREE_FLOATS) {
-        const float world[3] = {v.x * (float)build->cell, v.y * (float)build->cell, v.z * (float)build->cell};
-        memcpy(to, world, sizeof world);
-        errors[0]++;
-        return;
+static bool is_leaf_corner(const fm_octree_nodes *nodes, const uint32_t corner[3]) {
+    for (uint32_t i = 0; i < 8; i++) {
+        // Below 0 is above all.
+        const uint32_t x = corner[0] - (i & 1), y = corner[1] - (i >> 1 & 1), z = corner[2] - (i >> 2);
+        if (x < nodes->shape[0] && y < nodes->shape[1] && z < nodes->shape[2] &&
+            is_leaf(nodes, fm_node_at(nodes->shape, x, y, z))) {
+            return true;
+        }
     }
+    return false;
+}
+
+static uint32_t code_vector(const fm_octree_build *build, const float vector[3], int level, uint64_t *errors) {
+    const fm_v3 v = {vector[0], vector[1], vector[2]};
     const float edge = (float)(1u << level);
     const int code = (int)build->desc->code;
     const uint32_t word = fm_vcp_encode(v, code, FM_OCTREE_REACH * edge);
-    memcpy(to, &word, sizeof word);
     const fm_v3 off = fm_less(fm_vcp_decode(word, code, FM_OCTREE_REACH * edge), v);
     const float error = sqrtf(fm_dot(off, off)) / (edge * FM_ERROR_STEP);
     errors[error < FM_ERROR_BINS - 1 ? (uint32_t)error : FM_ERROR_BINS - 1]++;
+    return word;
 }
 
-static void write_column(const emit_job *job, int level, const uint32_t corner[3], uint64_t column, uint32_t worker) {
-    fm_octree_build *build = job->build;
+// Every corner once, which up to four columns repeat.
+static void code_slices(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
+    const emit_job *job = user;
+    for (uint64_t z = begin; z < end; z++) {
+        for (int level = 0; level <= job->build->leaf_most; level++) {
+            const fm_octree_field *field = &job->chunk->fields[level];
+            for (uint32_t y = 0; z < field->shape[2] && y < field->shape[1]; y++) {
+                for (uint32_t x = 0; x < field->shape[0]; x++) {
+                    const uint32_t corner[3] = {x, y, (uint32_t)z};
+                    const uint64_t i = fm_node_at(field->shape, x, y, (uint32_t)z);
+                    if (field->triangles[i] != FM_NO_TRIANGLE && is_leaf_corner(&job->chunk->nodes[level], corner)) {
+                        uint64_t *errors = job->build->errors + (uint64_t)worker * FM_ERROR_BINS;
+                        field->codes[i] = code_vector(job->build, field->vectors[i], level, errors);
+                    }
+                }
+            }
+        }
+    }
+}
+
+static void write_value(const fm_octree_build *build, const fm_octree_field *field, uint64_t i, uint8_t *to) {
+    const float cell = (float)build->cell, *v = field->vectors[i];
+    if (build->desc->kind == FM_OCTREE_DISTANCE) {
+        const float distance = (float)((double)field->distance[i] * build->cell);
+        memcpy(to, &distance, sizeof distance);
+    } else if (build->desc->code == FM_OCTREE_FLOATS) {
+        const float world[3] = {v[0] * cell, v[1] * cell, v[2] * cell};
+        memcpy(to, world, sizeof world);
+    } else {
+        memcpy(to, &field->codes[i], sizeof field->codes[i]);
+    }
+}
+
+static void write_column(const emit_job *job, int level, const uint32_t corner[3], uint64_t column) {
+    const fm_octree_build *build = job->build;
     fm_octree *octree = build->octree;
     const fm_octree_field *field = &job->chunk->fields[level];
-    uint64_t *errors = build->errors + (uint64_t)worker * FM_ERROR_BINS;
     for (uint32_t k = 0; k < FM_COLUMN_VALUES; k++) {
         const uint32_t at[3] = {corner[0], corner[1] + (k & 1), corner[2] + (k >> 1)};
         const uint64_t i = fm_node_at(field->shape, at[0], at[1], at[2]), value = column * FM_COLUMN_VALUES + k;
-        uint8_t *to = octree->values.data + value * octree->values.size;
         assert(field->triangles[i] != FM_NO_TRIANGLE);
-        if (build->desc->kind == FM_OCTREE_DISTANCE) {
-            const float distance = (float)((double)field->distance[i] * build->cell);
-            memcpy(to, &distance, sizeof distance);
-            continue;
-        }
-        write_vector(build, field->vectors[i], level, to, errors);
+        write_value(build, field, i, octree->values.data + value * octree->values.size);
         if (build->desc->attribute != FM_OCTREE_PLAIN) {
             ((uint32_t *)octree->attributes.data)[value] = attribute_of(build, field, i, at, level);
         }
@@ -176,6 +208,7 @@ static void write_column(const emit_job *job, int level, const uint32_t corner[3
 
 static void write_slices(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
     const emit_job *job = user;
+    (void)worker;
     for (uint64_t s = begin; s < end; s++) {
         const slice *own = &job->slices[s];
         const fm_octree_nodes *nodes = &job->chunk->nodes[own->level];
@@ -187,7 +220,7 @@ static void write_slices(void *user, uint64_t begin, uint64_t end, uint32_t work
                 const bool leaf = x < nodes->shape[0] && is_leaf(nodes, i);
                 const uint32_t corner[3] = {x, y, own->z};
                 if (leaf || before) {
-                    write_column(job, own->level, corner, column, worker);
+                    write_column(job, own->level, corner, column);
                 }
                 if (leaf) {
                     nodes->words[i] = (uint32_t)column;
@@ -226,6 +259,9 @@ static fm_result emit_values(emit_job *job) {
     }
     octree->values.count += more;
     octree->attributes.count += paint ? more : 0;
+    if (build->desc->kind == FM_OCTREE_CLOSEST && build->desc->code != FM_OCTREE_FLOATS) {
+        fm_pool_run(pool, job->chunk->fields[0].shape[2], 1, code_slices, job);
+    }
     fm_pool_run(pool, job->slice_count, 1, write_slices, job);
     return FM_OK;
 }
