@@ -6,6 +6,8 @@
 #include "vulkan_common.h"
 #include "world_common.h"
 
+#include <unistd.h>
+
 enum { RAYS = 200 };
 
 static fm_context *context;
@@ -136,6 +138,36 @@ static void check_failing(fm_octree_kind kind) {
     free(g.voxels);
 }
 
+// One from a file takes updates, too, and leaves the file alone.
+static void check_file(fm_octree_kind kind) {
+    char path[] = "/tmp/fathom_octree_XXXXXX";
+    const int file = mkstemp(path);
+    grid g = grid_new(40, 50, 60);
+    grid_random(&g, 0.2, 3, 9);
+    fm_octree *octree = build(&g, kind), *read = NULL, *again = NULL;
+    uint64_t seed = 5;
+    if (CHECK(file >= 0) && octree && CHECK_OK(fm_octree_write(octree, path)) && CHECK_OK(fm_octree_read(context, path, &read))) {
+        grid before = grid_new(40, 50, 60);
+        memcpy(before.voxels, g.voxels, grid_count(&g) * sizeof *g.voxels);
+        const fm_voxel_source source = grid_source(&g, false);
+        for (int i = 0; i < 3; i++) {
+            const fm_box box = edit(&g, &seed);
+            CHECK_OK(fm_octree_update_voxels(read, &source, &box, 1));
+            check_same(&g, read, seed);
+        }
+        CHECK(CHECK_OK(fm_octree_read(context, path, &again)) && grid_equal(&before, again));
+        free(before.voxels);
+    }
+    fm_octree_destroy(again);
+    fm_octree_destroy(read);
+    fm_octree_destroy(octree);
+    free(g.voxels);
+    if (file >= 0) {
+        close(file);
+        unlink(path);
+    }
+}
+
 // Memory that runs out in an update leaves the octree as it was.
 static fm_result attempt_update(fm_context *faulty_context, void *user) {
     static const fm_box all = {{0, 0, 0}, {40, 40, 40}};
@@ -207,6 +239,7 @@ int main(int count, char **arguments) {
         check_edits(grid_kinds[k], 5, 130, 9, device ? 4 : 20);
         check_failing(grid_kinds[k]);
         check_world(grid_kinds[k]);
+        check_file(grid_kinds[k]);
     }
     if (!device) {
         grid g = grid_new(40, 40, 40);
