@@ -5,6 +5,7 @@
 #include "commands.h"
 #include "files.h"
 #include "mesh_info.h"
+#include "mesh_input.h"
 #include "report.h"
 #include "stats.h"
 
@@ -145,11 +146,14 @@ int command_info(int argc, char **argv) {
     static const cli_help help = {"info", "Describes a file: a volume from its header, a mesh from its triangles.",
                                   "fathom info scan.nii.gz\nfathom info scene.vox --json\nfathom info bunny.ply\n"
                                   "fathom info labels.npy --stats\n"
+                                  "gunzip -c part.stl.gz | fathom info - --input-format stl\n"
                                   "fathom info dump.bin --shape 64,64,32 --input-type u16\n"};
     cli_args args = {0};
     files_input input;
-    struct arg_str *path =
-        cli_add(&args, arg_str1(NULL, NULL, "FILE", "the file; - reads standard input, .npy unless told otherwise"));
+    struct arg_str *path = cli_add(
+        &args,
+        arg_str1(NULL, NULL, "FILE",
+                 "the file; - reads standard input, .npy unless told otherwise; --input-format takes ply, obj, stl, glb too"));
     struct arg_lit *wants_stats = cli_add(
         &args, arg_lit0(NULL, "stats", "read the voxels too: their range, how many are not 0, and the commonest whole numbers"));
     files_input_add(&args, &input);
@@ -157,10 +161,13 @@ int command_info(int argc, char **argv) {
     int status;
     if (cli_parse(&args, &help, argc, argv, &status)) {
         fm_read_desc desc;
-        if (!files_input_desc(&input, &desc)) {
+        fm_mesh_format format;
+        if (input.format->count && mesh_input_format(input.format->sval[0], &format)) {
+            status = mesh_info(path->sval[0], format, json->count > 0);
+        } else if (!files_input_desc(&input, &desc)) {
             status = CLI_USAGE;
         } else if (desc.format == FM_FORMAT_AUTO && fm_mesh_format_of(path->sval[0]) != FM_MESH_FORMAT_AUTO) {
-            status = mesh_info(path->sval[0], json->count > 0);
+            status = mesh_info(path->sval[0], FM_MESH_FORMAT_AUTO, json->count > 0);
         } else {
             status = describe(path->sval[0], &desc, wants_stats->count > 0, json->count > 0);
         }

@@ -4,11 +4,8 @@
 #include "mesh_info.h"
 
 #include "cli.h"
-#include "files.h"
-#include "progress.h"
+#include "mesh_input.h"
 #include "report.h"
-
-#include "fathom/mesh_io.h"
 
 #include <inttypes.h>
 
@@ -82,15 +79,8 @@ static int print_mesh_json(const char *path, const fm_mesh_file_info *file, cons
     return report_json(stdout, root) ? CLI_DONE : cli_fail("out of memory for the description: free some");
 }
 
-static int read_mesh(fm_context *context, const char *path, fm_mesh **mesh, fm_mesh_file_info *file) {
-    progress bar = progress_begin("reading", true);
-    const fm_mesh_read_desc desc = {.progress = progress_step, .progress_user = &bar};
-    const fm_result result = fm_mesh_read(context, path, &desc, mesh, file);
-    progress_end(&bar);
-    return result == FM_OK ? CLI_DONE : cli_library_failed();
-}
-
-int mesh_info(const char *path, bool json) {
+int mesh_info(const char *path, fm_mesh_format format, bool json) {
+    mesh_input input = {.path = path, .format = format, .quiet = true};
     const fm_context_desc desc = {.backend = FM_BACKEND_CPU};
     fm_context *context = NULL;
     fm_mesh *mesh = NULL;
@@ -100,7 +90,7 @@ int mesh_info(const char *path, bool json) {
     if (fm_context_create(&desc, &context) != FM_OK) {
         return cli_library_failed();
     }
-    int status = read_mesh(context, path, &mesh, &file);
+    int status = mesh_input_load(&input, context, &mesh, &file);
     if (status == CLI_DONE && (fm_mesh_describe(mesh, &info) != FM_OK || fm_mesh_intersections(mesh, 0, &pairs) != FM_OK)) {
         status = cli_library_failed();
     }

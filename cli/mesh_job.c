@@ -2,7 +2,6 @@
 #include "mesh_job.h"
 
 #include "files.h"
-#include "progress.h"
 #include "words.h"
 
 #include <inttypes.h>
@@ -11,8 +10,11 @@
 #include <string.h>
 
 void mesh_options_add(cli_args *args, mesh_options *o, const char *out, const char *margin) {
-    o->in = cli_add(args, arg_str1(NULL, NULL, "MESH", "a mesh: PLY, OBJ, STL, glTF; - reads standard input"));
+    o->in = cli_add(
+        args, arg_str1(NULL, NULL, "MESH",
+                       "a mesh: PLY, OBJ, STL, glTF; - reads standard input, by --input-format where its first bytes do not tell"));
     o->out = cli_add(args, arg_str1(NULL, NULL, "OUT", out));
+    mesh_input_add(args, &o->mesh);
     o->size = cli_add(args, arg_str0(NULL, "size", "N", "voxels along the longest edge; default 256"));
     o->margin = cli_add(args, arg_str0(NULL, "margin", "N", margin));
     o->box = cli_add(args, arg_str0(NULL, "box", "X0,Y0,Z0,X1,Y1,Z1", "what the grid covers; default: the mesh and the margin"));
@@ -48,7 +50,8 @@ static bool check_combinations(const mesh_options *o, const mesh_job *job) {
 }
 
 bool mesh_options_read(const mesh_options *o, uint32_t margin, mesh_job *job) {
-    *job = (mesh_job){.in = o->in->sval[0], .out = o->out->sval[0], .size = 256, .margin = margin};
+    *job = (mesh_job){
+        .in = {.path = o->in->sval[0], .quiet = o->quiet->count > 0}, .out = o->out->sval[0], .size = 256, .margin = margin};
     int backend = 0;
     job->slice = o->slice->count ? o->slice->sval[0] : NULL;
     job->wanted.device = o->device->count ? o->device->sval[0] : NULL;
@@ -56,7 +59,8 @@ bool mesh_options_read(const mesh_options *o, uint32_t margin, mesh_job *job) {
     job->quiet = o->quiet->count > 0;
     job->json = o->json->count > 0;
     job->boxed = o->box->count > 0;
-    if ((o->size->count && !cli_uint32("--size", o->size->sval[0], 1, &job->size)) ||
+    if (!mesh_input_options_read(&o->mesh, &job->in) ||
+        (o->size->count && !cli_uint32("--size", o->size->sval[0], 1, &job->size)) ||
         (o->margin->count && !cli_uint32("--margin", o->margin->sval[0], 0, &job->margin)) ||
         (o->threads->count && !cli_uint32("--threads", o->threads->sval[0], 1, &job->wanted.threads)) ||
         (o->backend->count && !cli_word("--backend", o->backend->sval[0], fm_backend_words, &backend)) ||
@@ -101,12 +105,9 @@ int mesh_job_begin(mesh_job *job) {
         return cli_library_failed();
     }
     fm_context_device(job->context, &job->device);
-    progress bar = progress_begin("reading", !job->quiet);
-    const fm_mesh_read_desc desc = {.progress = progress_step, .progress_user = &bar};
-    const fm_result result = fm_mesh_read(job->context, job->in, &desc, &job->mesh, &job->file);
-    progress_end(&bar);
-    if (result != FM_OK) {
-        return cli_library_failed();
+    const int status = mesh_input_load(&job->in, job->context, &job->mesh, &job->file);
+    if (status != CLI_DONE) {
+        return status;
     }
     if (job->boxed) {
         fit_box(job);
@@ -167,9 +168,12 @@ int mesh_job_write(mesh_job *job, const mesh_output *outputs, int count, fm_colo
 
 void mesh_job_text(FILE *stream, const mesh_job *job) {
     const fm_shape shape = job->grid.shape;
-    fprintf(stream, "%s: %" PRIu64 " vertices, %" PRIu64 " triangles\n", job->in, job->file.vertices, job->file.triangles);
+    fprintf(stream, "%s: %" PRIu64 " vertices, %" PRIu64 " triangles\n", job->in.path, job->file.vertices, job->file.triangles);
     if (job->file.note[0]) {
         fprintf(stream, "note: %s\n", job->file.note);
+    }
+    if (job->note[0]) {
+        fprintf(stream, "note: %s\n", job->note);
     }
     fprintf(stream, "grid: %u x %u x %u voxels of %.6g, from %.6g, %.6g, %.6g\n", shape.x, shape.y, shape.z, job->grid.spacing[0],
             job->grid.origin[0], job->grid.origin[1], job->grid.origin[2]);
@@ -181,10 +185,11 @@ void mesh_job_text(FILE *stream, const mesh_job *job) {
 
 cJSON *mesh_job_json(const mesh_job *job) {
     cJSON *root = cJSON_CreateObject();
-    cJSON_AddStringToObject(root, "input", job->in);
+    cJSON_AddStringToObject(root, "input", job->in.path);
     cJSON_AddNumberToObject(root, "vertices", (double)job->file.vertices);
     cJSON_AddNumberToObject(root, "triangles", (double)job->file.triangles);
     cJSON_AddStringToObject(root, "note", job->file.note);
+    cJSON_AddStringToObject(root, "mesh_note", job->note);
     cJSON_AddItemToObject(root, "shape", report_shape_json(job->grid.shape));
     cJSON_AddItemToObject(root, "spacing", cJSON_CreateDoubleArray(job->grid.spacing, 3));
     cJSON_AddItemToObject(root, "origin", cJSON_CreateDoubleArray(job->grid.origin, 3));

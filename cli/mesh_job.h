@@ -5,18 +5,18 @@
 // What the commands share that lay a grid around a mesh: their options, the mesh and the grid, and the report.
 
 #include "cli.h"
+#include "mesh_input.h"
 #include "report.h"
-
-#include "fathom/mesh_io.h"
-#include "fathom/sdf.h"
 
 typedef struct mesh_options {
     struct arg_str *in, *out, *size, *margin, *box, *backend, *device, *threads, *slice, *format;
     struct arg_lit *compress, *quiet, *json;
+    mesh_input_options mesh;
 } mesh_options;
 
 typedef struct mesh_job {
-    const char *in, *out, *slice;
+    mesh_input in;
+    const char *out, *slice;
     fm_context_desc wanted;
     fm_write_desc write;
     uint32_t size, margin;
@@ -26,6 +26,7 @@ typedef struct mesh_job {
     fm_context *context;
     fm_mesh *mesh;
     fm_mesh_file_info file;
+    char note[MESH_NOTE];  // what to know of the mesh; the command's to fill
     fm_volume_desc grid;
     fm_device_info device;
     fm_pass passes[REPORT_MAX_PASSES];

@@ -10,13 +10,20 @@
 
 enum { PITCH = 4, FOV = 5 };
 
-void path_options_add(cli_args *args, path_options *o) {
-    o->camera =
-        cli_add(args, arg_str0(NULL, "camera", "X,Y,Z,YAW,PITCH[,FOV]",
-                               "in voxels and degrees: yaw 0 looks along +x, 90 along +y, pitch 90 up; default: all is seen"));
+static void add(cli_args *args, path_options *o, double farthest, const char *camera) {
+    o->farthest = farthest;
+    o->camera = cli_add(args, arg_str0(NULL, "camera", "X,Y,Z,YAW,PITCH[,FOV]", camera));
     o->look_at = cli_add(args, arg_str0(NULL, "look-at", "X,Y,Z[,DISTANCE[,YAW[,PITCH]]]", "a camera around a place"));
     o->path = cli_add(args, arg_str0(NULL, "path", "N", "N pictures, numbered, or frames: once around, or along --keys"));
     o->keys = cli_add(args, arg_str0(NULL, "keys", "FILE", "cameras as in --camera, one a line, # begins a comment; for --path"));
+}
+
+void path_options_add(cli_args *args, path_options *o) {
+    add(args, o, FM_CAMERA_FARTHEST, "in voxels and degrees: yaw 0 looks along +x, 90 along +y, pitch 90 up; default: all is seen");
+}
+
+void path_options_add_mesh(cli_args *args, path_options *o) {
+    add(args, o, 1e18, "in the mesh's units and degrees: yaw 0 looks along +x, 90 along +y, pitch 90 up; default: all is seen");
 }
 
 bool path_numbers(const char *text, int least, int most, double *values) {
@@ -36,16 +43,16 @@ bool path_numbers(const char *text, int least, int most, double *values) {
     return false;
 }
 
-static bool read_camera(const char *what, const char *text, camera_key *key) {
+static bool read_camera(const char *what, const char *text, double farthest, camera_key *key) {
     *key = (camera_key){{0, 0, 0, 0, 0, 60}};
     if (!path_numbers(text, 5, 6, key->v) || !(key->v[FOV] > 0 && key->v[FOV] < 180)) {
         cli_usage("%s is \"%.80s\": X,Y,Z,YAW,PITCH or X,Y,Z,YAW,PITCH,FOV is wanted, the last above 0 and below 180", what, text);
         return false;
     }
     const double most = fmax(fabs(key->v[0]), fmax(fabs(key->v[1]), fabs(key->v[2])));
-    if (most > FM_CAMERA_FARTHEST || fabs(key->v[3]) > 1e6 || fabs(key->v[PITCH]) > 90) {
-        cli_usage("%s is \"%.80s\": positions from -%d to %d, yaws from -1000000 to 1000000 and pitches from -90 to 90 are wanted",
-                  what, text, FM_CAMERA_FARTHEST, FM_CAMERA_FARTHEST);
+    if (most > farthest || fabs(key->v[3]) > 1e6 || fabs(key->v[PITCH]) > 90) {
+        cli_usage("%s is \"%.80s\": positions from -%g to %g, yaws from -1000000 to 1000000 and pitches from -90 to 90 are wanted",
+                  what, text, farthest, farthest);
         return false;
     }
     return true;
@@ -66,7 +73,7 @@ static const char *trimmed(char *line, size_t length) {
     return begin;
 }
 
-static bool read_line(char *line, size_t length, int number, camera_path *path) {
+static bool read_line(char *line, size_t length, int number, double farthest, camera_path *path) {
     const char *text = trimmed(line, length);
     char what[64];
     snprintf(what, sizeof what, "line %d of --keys", number);
@@ -81,10 +88,10 @@ static bool read_line(char *line, size_t length, int number, camera_path *path) 
         cli_usage("%s is one camera more than %d: use fewer", what, PATH_MAX_KEYS);
         return false;
     }
-    return read_camera(what, text, &path->keys[path->key_count++]);
+    return read_camera(what, text, farthest, &path->keys[path->key_count++]);
 }
 
-static bool read_keys(const char *name, camera_path *path) {
+static bool read_keys(const char *name, double farthest, camera_path *path) {
     FILE *file = fopen(name, "r");
     char *line = NULL;
     size_t room = 0;
@@ -95,7 +102,7 @@ static bool read_keys(const char *name, camera_path *path) {
         if (length < 0) {
             break;
         }
-        good = read_line(line, (size_t)length, number, path);
+        good = read_line(line, (size_t)length, number, farthest, path);
     }
     free(line);
     if (good && (!file || ferror(file))) {
@@ -128,9 +135,9 @@ bool path_options_read(const path_options *o, camera_path *path) {
         cli_usage("--look-at is \"%s\": X,Y,Z is wanted, then, if you like, a distance, yaw and pitch", o->look_at->sval[0]);
         return false;
     }
-    return (!path->camera_given || read_camera("--camera", o->camera->sval[0], &path->camera)) &&
+    return (!path->camera_given || read_camera("--camera", o->camera->sval[0], o->farthest, &path->camera)) &&
            (!o->path->count || cli_uint32("--path", o->path->sval[0], 1, &path->frames)) &&
-           (!o->keys->count || read_keys(o->keys->sval[0], path));
+           (!o->keys->count || read_keys(o->keys->sval[0], o->farthest, path));
 }
 
 // How fast a number changes at a key, from the changes before and after it. Half-way between them (Catmull and Rom 1974); angles

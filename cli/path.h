@@ -16,6 +16,7 @@ typedef struct camera_key {
 
 typedef struct path_options {
     struct arg_str *camera, *look_at, *path, *keys;
+    double farthest;  // from 0 along each axis that a camera may be
 } path_options;
 
 typedef struct camera_path {
@@ -27,6 +28,8 @@ typedef struct camera_path {
 } camera_path;
 
 void path_options_add(cli_args *args, path_options *options);
+// The same where places are in a mesh's units, not in voxels.
+void path_options_add_mesh(cli_args *args, path_options *options);
 // False on bad usage, which has been said.
 bool path_options_read(const path_options *options, camera_path *path);
 // Where no camera is given: around the middle of a box, from where all of it is seen.

@@ -4,14 +4,12 @@
 #include "cli.h"
 #include "commands.h"
 #include "files.h"
+#include "mesh_input.h"
 #include "path.h"
 #include "pictures.h"
-#include "progress.h"
 #include "words.h"
 
 #include "fathom/deferred.h"
-#include "fathom/mesh_io.h"
-#include "fathom/sdf.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -20,14 +18,16 @@
 
 enum { MARGIN = 3, MAX_PASSES = 128 };
 
-static const char *const up_words[] = {"z", "y", NULL};
 static const char *const surface_words[] = {"mesh", "field", NULL};
 static const char *const shadow_words[] = {"none", "ray", "rtsdf", "cone", "rays", "map", NULL};
 static const char *const view_words[] = {"color", "normal", "steps", "share", NULL};
 
 typedef struct shot {
-    const char *in;
-    bool is_mesh, y_up, stats, quiet;
+    mesh_input in;
+    bool is_mesh, stats, quiet;
+    fm_read_desc read;  // of a field
+    double spacing[3];  // of a field, instead of its own; 0: not given
+    fm_sign sign;       // of a mesh's field
     fm_context_desc wanted;
     uint32_t edge, blend;
     double level;           // in voxels
@@ -43,60 +43,120 @@ typedef struct shot {
     fm_sdf_info info;
 } shot;
 
+static double voxel_of(const fm_volume *field) {
+    fm_volume_desc grid;
+    fm_volume_info(field, &grid);
+    return fmin(grid.spacing[0], fmin(grid.spacing[1], grid.spacing[2]));
+}
+
 static fm_result field_of_mesh(shot *s) {
     fm_volume_desc grid = {.type = FM_TYPE_F32};
-    const fm_sdf_desc desc = {.far_texels = FM_FAR_FLOODED};
+    const fm_sdf_desc desc = {.far_texels = FM_FAR_FLOODED, .sign = s->sign};
     fm_result result = fm_mesh_fit(s->mesh, s->edge, MARGIN, &grid);
     result = result == FM_OK ? fm_volume_create(s->context, &grid, &s->field) : result;
     return result == FM_OK ? fm_mesh_sdf(s->mesh, &desc, s->field, NULL, &s->info, NULL) : result;
 }
 
-// Turned so that y comes to point up.
-static fm_result turn_up(fm_mesh *mesh) {
-    const float(*from)[3];
-    uint64_t count;
-    fm_mesh_arrays(mesh, &from, &count, NULL, NULL);
-    float(*to)[3] = malloc(count * sizeof *to + 1);
-    if (!to) {
-        return FM_ERROR_OUT_OF_HOST_MEMORY;
+static void say_note(const shot *s, const char *note) {
+    if (note[0] && !s->quiet) {
+        printf("note: %s\n", note);
     }
-    for (uint64_t i = 0; i < count; i++) {
-        to[i][0] = from[i][0];
-        to[i][1] = -from[i][2];
-        to[i][2] = from[i][1];
-    }
-    const fm_result result = fm_mesh_deform(mesh, (const float(*)[3])to, FM_TREE_REBUILD);
-    free(to);
-    return result;
 }
 
 static int read_mesh(shot *s) {
-    progress bar = progress_begin("reading", !s->quiet);
-    const fm_mesh_read_desc desc = {.progress = progress_step, .progress_user = &bar};
-    fm_result result = fm_mesh_read(s->context, s->in, &desc, &s->mesh, NULL);
-    progress_end(&bar);
-    result = result == FM_OK && s->y_up ? turn_up(s->mesh) : result;
-    result = result == FM_OK ? field_of_mesh(s) : result;
+    const int status = mesh_input_load(&s->in, s->context, &s->mesh, NULL);
+    if (status != CLI_DONE) {
+        return status;
+    }
+    char note[MESH_NOTE] = "";
+    fm_result result = field_of_mesh(s);
+    if (result == FM_OK && s->desc.surface == FM_SURFACE_FIELD) {
+        result = mesh_input_note(s->mesh, s->field, s->info.sign, s->level * voxel_of(s->field), note);
+    }
+    say_note(s, note);
     return result == FM_OK ? CLI_DONE : cli_library_failed();
+}
+
+// How fast a field in host memory grows across its surface, a unit of length, on the average: 1 where its spacing is that of its
+// distances. 0 where it has no surface.
+static double slope_of(fm_volume *field) {
+    fm_volume_desc grid;
+    fm_volume_info(field, &grid);
+    const float *texels = fm_volume_data(field);
+    const uint32_t axes[3] = {grid.shape.x, grid.shape.y, grid.shape.z};
+    const uint64_t strides[3] = {1, axes[0], (uint64_t)axes[0] * axes[1]};
+    double sum = 0, count = 0;
+    for (uint32_t z = 1; z + 1 < axes[2]; z++) {
+        for (uint32_t y = 1; y + 1 < axes[1]; y++) {
+            for (uint32_t x = 1; x + 1 < axes[0]; x++) {
+                const float *at = texels + z * strides[2] + y * strides[1] + x;
+                double square = 0;
+                bool beside = false;
+                for (int i = 0; i < 3; i++) {
+                    const float after = at[strides[i]], before = *(at - strides[i]);
+                    const double change = ((double)after - (double)before) / (2 * grid.spacing[i]);
+                    square += change * change;
+                    beside = beside || (after < 0) != (*at < 0) || (before < 0) != (*at < 0);
+                }
+                if (beside && isfinite(square)) {
+                    sum += sqrt(square);
+                    count++;
+                }
+            }
+        }
+    }
+    return count > 0 ? sum / count : 0;
+}
+
+static void warn_of_spacing(const shot *s, fm_volume *field) {
+    const double slope = slope_of(field);
+    fm_volume_desc grid;
+    fm_volume_info(field, &grid);
+    if (slope > 0 && (slope < 0.5 || slope > 2)) {
+        char note[MESH_NOTE];
+        snprintf(
+            note, sizeof note,
+            "distances grow by %.3g a unit of length, not by 1, with voxels of %.6g: shadows are wrong; give --spacing, perhaps "
+            "%.2g, or a file that keeps it, such as .nrrd",
+            slope, grid.spacing[0], grid.spacing[0] * slope);
+        say_note(s, note);
+    }
+}
+
+// The field as if it had been read with the spacing that is given.
+static fm_result respace(const shot *s, fm_volume **host) {
+    fm_volume_desc grid;
+    fm_volume_info(*host, &grid);
+    memcpy(grid.spacing, s->spacing, sizeof grid.spacing);
+    fm_volume *made = NULL;
+    fm_result result = fm_volume_create(NULL, &grid, &made);
+    result = result == FM_OK ? fm_volume_upload(made, fm_volume_data(*host)) : result;
+    fm_volume_destroy(result == FM_OK ? *host : made);
+    *host = result == FM_OK ? made : *host;
+    return result;
 }
 
 static int read_field(shot *s) {
     fm_volume *host = NULL;
-    fm_file_info info;
-    const int status = files_read(s->in, &(fm_read_desc){0}, s->quiet, &host, &info);
+    const int status = files_read(s->in.path, &s->read, s->quiet, &host, NULL);
     if (status != CLI_DONE) {
         return status;
     }
     fm_volume_desc grid;
     fm_volume_info(host, &grid);
-    grid.storage = FM_STORAGE_DEFAULT;
     fm_result result = FM_OK;
     int wrong = CLI_DONE;
     if (grid.type != FM_TYPE_F32) {
-        wrong = cli_fail("%s: its elements are %s: a signed distance field of float32 is wanted, as fathom sdf writes", s->in,
+        wrong = cli_fail("%s: its elements are %s: a signed distance field of float32 is wanted, as fathom sdf writes", s->in.path,
                          fm_type_name(grid.type));
     } else {
-        result = fm_volume_create(s->context, &grid, &s->field);
+        result = s->spacing[0] > 0 ? respace(s, &host) : FM_OK;
+        fm_volume_info(host, &grid);
+        grid.storage = FM_STORAGE_DEFAULT;
+        if (result == FM_OK) {
+            warn_of_spacing(s, host);
+            result = fm_volume_create(s->context, &grid, &s->field);
+        }
         result = result == FM_OK ? fm_volume_upload(s->field, fm_volume_data(host)) : result;
     }
     fm_volume_destroy(host);
@@ -107,14 +167,17 @@ static void place_camera(shot *s) {
     fm_volume_desc grid;
     fm_volume_info(s->field, &grid);
     const uint32_t axes[3] = {grid.shape.x, grid.shape.y, grid.shape.z};
-    double low[3], high[3], voxel = INFINITY;
+    double low[3], high[3];
     for (int i = 0; i < 3; i++) {
         low[i] = grid.origin[i] - 0.5 * grid.spacing[i];
         high[i] = low[i] + grid.spacing[i] * axes[i];
-        voxel = fmin(voxel, grid.spacing[i]);
+    }
+    if (s->in.floor && s->in.low[0] <= s->in.high[0]) {
+        memcpy(low, s->in.low, sizeof low);
+        memcpy(high, s->in.high, sizeof high);
     }
     camera_path_fit(&s->path, low, high, (double)s->desc.width / s->desc.height);
-    s->desc.level = (float)(s->level * voxel);
+    s->desc.level = (float)(s->level * voxel_of(s->field));
 }
 
 static int draw(void *user, uint32_t frame) {
@@ -188,28 +251,36 @@ static int run(shot *s) {
 }
 
 typedef struct shot_args {
-    struct arg_str *in, *out, *size, *fps, *up, *edge, *surface, *shadow, *samples, *light, *light_size, *view, *level, *blend,
-        *backend, *device, *threads;
-    struct arg_lit *field, *stats, *quiet;
+    struct arg_str *in, *out, *size, *fps, *edge, *sign, *spacing, *surface, *shadow, *samples, *light, *light_size, *light_at,
+        *light_radius, *view, *level, *blend, *backend, *device, *threads;
+    struct arg_lit *field, *floor, *stats, *quiet;
+    mesh_input_options mesh;
     path_options path;
 } shot_args;
 
 static void add_options(cli_args *args, shot_args *a) {
-    a->in = cli_add(args, arg_str1(NULL, NULL, "MESH|FIELD", "a mesh file; with --field a volume of signed distances, float32"));
+    a->in = cli_add(
+        args, arg_str1(NULL, NULL, "MESH|FIELD", "a mesh file; with --field a volume of signed distances, float32; - is a pipe"));
     a->field = cli_add(args, arg_lit0(NULL, "field", "the file is a field"));
     a->out = cli_add(args, arg_str0("o", "out", "FILE", "the picture, .png; a film, .mp4 or .webm, by ffmpeg"));
     a->size = cli_add(args, arg_str0(NULL, "size", "WxH", "default 1280x720"));
-    path_options_add(args, &a->path);
+    path_options_add_mesh(args, &a->path);
     a->fps = cli_add(args, arg_str0(NULL, "fps", "F", "of a film; default 30"));
-    a->up = cli_add(args,
-                    arg_str0(NULL, "up", "y|z", "which axis of a mesh points up: y turns it, (x, y, z) to (x, -z, y); default z"));
+    mesh_input_add(args, &a->mesh);
     a->edge = cli_add(args, arg_str0(NULL, "edge", "N", "voxels along the longest edge of a mesh's field; default 256"));
+    a->sign = cli_add(args, arg_str0(NULL, "sign", "SIGN", "of a mesh's field: auto (default), pseudonormal, winding or none"));
+    a->floor = cli_add(args, arg_lit0(NULL, "floor", "a floor under the mesh, for its shadow to fall on; the field covers it too"));
+    a->spacing =
+        cli_add(args, arg_str0(NULL, "spacing", "S|X,Y,Z", "edges of a field's voxels, where its file does not keep them"));
     a->surface = cli_add(args, arg_str0(NULL, "surface", "field|mesh", "what is seen; default field"));
     a->shadow = cli_add(args, arg_str0(NULL, "shadow", "none|ray|rtsdf|cone|rays|map",
                                        "one ray; the published march; cones, ours (default); many rays; shadow maps"));
     a->samples = cli_add(args, arg_str0(NULL, "samples", "N", "of cone (default 1) and rays (default 256)"));
     a->light = cli_add(args, arg_str0(NULL, "sun", "X,Y,Z", "the way to the sun"));
     a->light_size = cli_add(args, arg_str0(NULL, "sun-size", "DEGREES", "half the angle of the sun's disc; default 2"));
+    a->light_at = cli_add(args, arg_str0(NULL, "light-at", "X,Y,Z", "a lamp there instead of the sun"));
+    a->light_radius =
+        cli_add(args, arg_str0(NULL, "light-radius", "R", "of the lamp's disc; default 0: a point, with hard shadows"));
     a->view =
         cli_add(args, arg_str0(NULL, "view", "color|normal|steps|share", "default color; share: how much of the sun is seen"));
     a->level = cli_add(args, arg_str0(NULL, "level", "L", "draw the surface at this distance, in voxels; default 0"));
@@ -222,19 +293,61 @@ static void add_options(cli_args *args, shot_args *a) {
 }
 
 static bool read_light(const shot_args *a, shot *s) {
-    double way[3] = {0.48, -0.56, 0.6757}, size = 2;
-    if ((a->light->count && !cli_triple("--sun", a->light->sval[0], way)) ||
-        !cli_double("--sun-size", cli_given(a->light_size, "2"), &size)) {
+    const bool lamp = a->light_at->count > 0;
+    if ((lamp && (a->light->count || a->light_size->count)) || (!lamp && a->light_radius->count)) {
+        cli_usage(lamp ? "--light-at is given with --sun or --sun-size: a lamp takes the sun's place"
+                       : "--light-radius is given without --light-at: where is the lamp?");
         return false;
     }
-    if (!(size >= 0 && size < 45)) {
-        cli_usage("--sun-size is %g: 0 or above, and below 45", size);
+    double way[3] = {0.48, -0.56, 0.6757}, size = 0;
+    if ((lamp && (!cli_triple("--light-at", a->light_at->sval[0], way) ||
+                  !cli_double("--light-radius", cli_given(a->light_radius, "0"), &size))) ||
+        (a->light->count && !cli_triple("--sun", a->light->sval[0], way)) ||
+        (!lamp && !cli_double("--sun-size", cli_given(a->light_size, "2"), &size))) {
+        return false;
+    }
+    const double most = lamp ? 1e18 : 45;
+    if (!(size >= 0 && size < most)) {
+        cli_usage("%s is %g: 0 or above, and below %g", lamp ? "--light-radius" : "--sun-size", size, most);
         return false;
     }
     s->desc.light_count = 1;
-    s->desc.lights[0].size = (float)size;
+    s->desc.lights[0] = (fm_light){.kind = lamp ? FM_LIGHT_AREA : FM_LIGHT_DIRECTIONAL, .size = (float)size};
     for (int i = 0; i < 3; i++) {
         s->desc.lights[0].way[i] = (float)way[i];
+    }
+    return true;
+}
+
+// What says how the file is read.
+static bool read_input(const shot_args *a, shot *s) {
+    int sign = 0;
+    s->in = (mesh_input){.path = a->in->sval[0], .floor = a->floor->count > 0, .quiet = a->quiet->count > 0};
+    s->is_mesh = a->field->count == 0;
+    if (s->is_mesh &&
+        (!mesh_input_options_read(&a->mesh, &s->in) || !cli_word("--sign", cli_given(a->sign, "auto"), mesh_sign_words, &sign))) {
+        return false;
+    }
+    s->sign = (fm_sign)sign;
+    const char *wrong = NULL;
+    if (s->is_mesh && a->spacing->count) {
+        wrong = "--spacing is given without --field: a mesh's field gets its own";
+    } else if (!s->is_mesh && (a->mesh.up->count || a->mesh.flip->count || a->sign->count || s->in.floor)) {
+        wrong = "--up, --flip, --sign and --floor are for meshes, not for fields";
+    }
+    if (wrong) {
+        cli_usage("%s", wrong);
+        return false;
+    }
+    if (!s->is_mesh && a->mesh.format->count && !cli_format("--input-format", a->mesh.format->sval[0], &s->read.format)) {
+        return false;
+    }
+    if (a->spacing->count && !cli_triple("--spacing", a->spacing->sval[0], s->spacing)) {
+        return false;
+    }
+    if (a->spacing->count && !(s->spacing[0] > 0 && s->spacing[1] > 0 && s->spacing[2] > 0)) {
+        cli_usage("--spacing is \"%s\": numbers above 0 are wanted", a->spacing->sval[0]);
+        return false;
     }
     return true;
 }
@@ -249,8 +362,8 @@ static bool check_combinations(const shot *s) {
         wrong = "nothing to do: give --out FILE, --stats or both";
     } else if (s->pictures.frames > 1 && !s->pictures.out) {
         wrong = "--path is given without --out";
-    } else if (!s->is_mesh && s->y_up) {
-        wrong = "--up turns meshes, not fields";
+    } else if (s->desc.shadows == FM_SHADOWS_MAP && s->desc.lights[0].kind == FM_LIGHT_AREA) {
+        wrong = "--shadow map takes the sun, not --light-at";
     } else if (!s->is_mesh && (s->desc.surface == FM_SURFACE_MESH || s->desc.shadows == FM_SHADOWS_RAY ||
                                s->desc.shadows == FM_SHADOWS_DISTRIBUTED || s->desc.shadows == FM_SHADOWS_MAP)) {
         wrong = "a field has no triangles: --surface field, and --shadow none, rtsdf or cone are there for it";
@@ -262,16 +375,15 @@ static bool check_combinations(const shot *s) {
 }
 
 static bool read_shot(const shot_args *a, shot *s) {
-    *s = (shot){.in = a->in->sval[0], .is_mesh = a->field->count == 0};
-    int up = 0, surface = 0, shadow = 0, view = 0, backend = 0;
+    *s = (shot){0};
+    int surface = 0, shadow = 0, view = 0, backend = 0;
     fm_shape size;
     s->stats = a->stats->count > 0;
     s->quiet = a->quiet->count > 0;
     s->pictures = (pictures){.out = cli_given(a->out, NULL), .fps = 30};
-    if (!cli_picture("--size", cli_given(a->size, "1280x720"), &size) || !path_options_read(&a->path, &s->path) ||
-        (a->fps->count && !cli_double("--fps", a->fps->sval[0], &s->pictures.fps)) ||
+    if (!read_input(a, s) || !cli_picture("--size", cli_given(a->size, "1280x720"), &size) ||
+        !path_options_read(&a->path, &s->path) || (a->fps->count && !cli_double("--fps", a->fps->sval[0], &s->pictures.fps)) ||
         !cli_uint32("--edge", cli_given(a->edge, "256"), 2 * MARGIN + 1, &s->edge) ||
-        !cli_word("--up", cli_given(a->up, "z"), up_words, &up) ||
         !cli_word("--surface", cli_given(a->surface, "field"), surface_words, &surface) ||
         !cli_word("--shadow", cli_given(a->shadow, "cone"), shadow_words, &shadow) ||
         !cli_word("--view", cli_given(a->view, "color"), view_words, &view) || !read_light(a, s) ||
@@ -286,7 +398,6 @@ static bool read_shot(const shot_args *a, shot *s) {
         cli_usage("--samples is at most 65536, --edge and --blend at most 4096");
         return false;
     }
-    s->y_up = up == 1;
     s->wanted.backend = (fm_backend)backend;
     s->wanted.device = cli_given(a->device, NULL);
     s->desc.width = s->pictures.width = size.x;
@@ -300,8 +411,13 @@ static bool read_shot(const shot_args *a, shot *s) {
 }
 
 bool render_mesh_wanted(int argc, char **argv) {
+    static const char option[] = "--input-format";
+    fm_mesh_format format;
     for (int i = 1; i < argc; i++) {
-        if (strcmp(argv[i], "--field") == 0 || (argv[i][0] != '-' && fm_mesh_format_of(argv[i]) != FM_MESH_FORMAT_AUTO)) {
+        const char *rest = strncmp(argv[i], option, strlen(option)) == 0 ? argv[i] + strlen(option) : NULL;
+        const char *word = rest && *rest == '=' ? rest + 1 : rest && !*rest && i + 1 < argc ? argv[i + 1] : NULL;
+        if ((word && mesh_input_format(word, &format)) || strcmp(argv[i], "--field") == 0 ||
+            (argv[i][0] != '-' && fm_mesh_format_of(argv[i]) != FM_MESH_FORMAT_AUTO)) {
             return true;
         }
     }
@@ -313,10 +429,10 @@ int command_render_mesh(int argc, char **argv) {
                                   "Draws a mesh, by the signed distance field that is made of it, or a field from a file, in clay "
                                   "with soft shadows. Lengths\n"
                                   "are in the mesh's units. (fathom render WORLD draws voxels; see fathom render --help.)",
-                                  "fathom render armadillo.obj --up y --out armadillo.png\n"
+                                  "fathom render armadillo.obj --up y --floor --sun-size 5 --out armadillo.png\n"
                                   "fathom render bunny.ply --edge 512 --shadow cone --samples 4 --sun-size 5 --out bunny.png\n"
                                   "fathom render bunny.ply --surface mesh --shadow rays --out truth.png\n"
-                                  "fathom render field.npy --field --view normal --path 90 --out around.mp4\n"};
+                                  "fathom render field.nrrd --field --view normal --path 90 --out around.mp4\n"};
     cli_args args = {0};
     shot_args options;
     add_options(&args, &options);

@@ -9,7 +9,6 @@
 #include <math.h>
 #include <string.h>
 
-static const char *const sign_words[] = {"auto", "pseudonormal", "winding", "none", NULL};
 static const char *const far_words[] = {"band", "flooded", "exact", NULL};
 
 typedef struct sdf_args {
@@ -24,16 +23,26 @@ typedef struct sdf_request {
     const char *triangles;
 } sdf_request;
 
+static bool is_npy(const mesh_job *job) {
+    const char *end = strstr(job->out, ".npy");
+    return job->write.format == FM_FORMAT_NPY ||
+           (job->write.format == FM_FORMAT_AUTO &&
+            (files_is_pipe(job->out) || (end && (strcmp(end, ".npy") == 0 || strcmp(end, ".npy.gz") == 0))));
+}
+
 static void report_text(FILE *stream, const sdf_request *r) {
     const mesh_job *job = &r->job;
     mesh_job_text(stream, job);
-    fprintf(stream, "sign: %s, %s\n", sign_words[r->info.sign], r->info.sign_why);
+    fprintf(stream, "sign: %s, %s\n", mesh_sign_words[r->info.sign], r->info.sign_why);
     fprintf(stream, "%s: ", files_is_pipe(job->out) ? "standard output" : job->out);
     if (r->desc.far_texels == FM_FAR_EXACT) {
         fprintf(stream, "distances, exact everywhere\n");
     } else {
         fprintf(stream, "distances, exact within %g voxels; beyond: %s\n", (double)r->desc.band,
                 r->desc.far_texels == FM_FAR_BAND ? "the band's width" : "flooded");
+    }
+    if (is_npy(job)) {
+        fprintf(stream, "note: .npy keeps neither spacing nor origin; .nrrd does\n");
     }
     if (r->triangles) {
         fprintf(stream, "%s: nearest triangles\n", r->triangles);
@@ -49,7 +58,7 @@ static int report(const sdf_request *r) {
     FILE *stream = files_is_pipe(job->out) ? stderr : stdout;
     if (job->json) {
         cJSON *root = mesh_job_json(job);
-        cJSON_AddStringToObject(root, "sign", sign_words[r->info.sign]);
+        cJSON_AddStringToObject(root, "sign", mesh_sign_words[r->info.sign]);
         cJSON_AddStringToObject(root, "sign_why", r->info.sign_why);
         cJSON_AddStringToObject(root, "far", far_words[r->desc.far_texels]);
         const bool everywhere = r->desc.far_texels == FM_FAR_EXACT;
@@ -72,7 +81,8 @@ static int compute(sdf_request *r, fm_volume **distance, fm_volume **triangles) 
         return cli_library_failed();
     }
     const double started = fm_now_ms();
-    if (fm_mesh_sdf(job->mesh, &r->desc, *distance, *triangles, &r->info, NULL) != FM_OK || mesh_job_timed(job, started) != FM_OK) {
+    if (fm_mesh_sdf(job->mesh, &r->desc, *distance, *triangles, &r->info, NULL) != FM_OK || mesh_job_timed(job, started) != FM_OK ||
+        mesh_input_note(job->mesh, *distance, r->info.sign, 0, job->note) != FM_OK) {
         return cli_library_failed();
     }
     return CLI_DONE;
@@ -128,7 +138,7 @@ static bool read_band(const sdf_args *a, sdf_request *r) {
 static bool read_request(const sdf_args *a, sdf_request *r) {
     *r = (sdf_request){0};
     int sign = 0;
-    if (!read_band(a, r) || (a->sign->count && !cli_word("--sign", a->sign->sval[0], sign_words, &sign)) ||
+    if (!read_band(a, r) || (a->sign->count && !cli_word("--sign", a->sign->sval[0], mesh_sign_words, &sign)) ||
         !mesh_options_read(&a->mesh, (uint32_t)ceilf(r->desc.band) + 1, &r->job)) {
         return false;
     }

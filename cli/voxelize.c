@@ -32,6 +32,16 @@ static int report(const voxelize_request *r) {
     return CLI_DONE;
 }
 
+static fm_result note_openness(mesh_job *job) {
+    fm_mesh_info info;
+    const fm_result result = fm_mesh_describe(job->mesh, &info);
+    if (result == FM_OK && !info.closed && info.triangles > info.dropped) {
+        snprintf(job->note, sizeof job->note,
+                 "the mesh is not closed: --solid may fill too much or too little (fathom info tells)");
+    }
+    return result;
+}
+
 static int run(voxelize_request *r) {
     mesh_job *job = &r->job;
     fm_volume *voxels = NULL;
@@ -39,7 +49,7 @@ static int run(voxelize_request *r) {
     if (status == CLI_DONE) {
         const double started = fm_now_ms();
         if (mesh_job_volume(job, FM_TYPE_U8, &voxels) != FM_OK || fm_mesh_voxelize(job->mesh, &r->desc, voxels, NULL) != FM_OK ||
-            mesh_job_timed(job, started) != FM_OK) {
+            mesh_job_timed(job, started) != FM_OK || (r->desc.solid && note_openness(job) != FM_OK)) {
             status = cli_library_failed();
         }
     }

@@ -51,6 +51,25 @@ grep -q '"surface":[[:space:]]*"thin"' "$work/.out" || bad "the report does not 
 ends 0 voxelize a.obj v.vox --size 10 --backend cpu -q
 [ ! -s "$work/.out" ] || bad "--quiet prints"
 
+# Which way up, over which way round, and through a pipe.
+ends 0 sdf a.obj up.npy --size 10 --backend cpu --up y
+grep -q 'from -1.75, -2.75, -1.75' "$work/.out" || bad "the grid does not turn with the mesh: $(grep grid: "$work/.out")"
+(cd "$work" && "$fathom" sdf - piped.npy --input-format obj --size 20 --backend cpu -q <a.obj) || bad "no mesh through a pipe"
+cmp -s "$work/a.npy" "$work/piped.npy" || bad "a mesh through a pipe is another"
+(cd "$work" && "$fathom" info - --input-format OBJ <a.obj) >"$work/.out" 2>&1 || bad "no info of a mesh through a pipe"
+grep -q 'surface *closed' "$work/.out" || bad "info of a pipe tells no mesh"
+ends 0 sdf a.obj o.npy --size 20 --backend cpu --flip
+grep -q '^note: .*look inwards' "$work/.out" || bad "a mesh that looks inwards is not spoken of"
+ends 0 sdf open.obj o.npy --size 20 --backend cpu
+grep -q '^note: .*not closed' "$work/.out" || bad "a field without inside is not spoken of"
+ends 0 voxelize open.obj o.npy --size 20 --backend cpu --solid
+grep -q '^note: .*not closed' "$work/.out" || bad "--solid of an open mesh is not spoken of"
+ends 0 voxelize a.obj v.npy --size 20 --backend cpu --solid --up y
+! grep -q '^note: ' "$work/.out" || bad "a closed mesh is spoken of"
+ends 2 sdf a.obj b.npy --input-format vox
+says 'ply, obj'
+ends 2 voxelize a.obj b.npy --up x
+
 ends 2 sdf a.obj b.npy --size 0
 says '--size'
 ends 2 sdf a.obj b.npy --size 17000
