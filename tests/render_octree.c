@@ -3,6 +3,9 @@
 // against what geometry says, views, statistics, the device against the processor, and arguments that are refused.
 
 #include "fathom/octree_render.h"
+#include "render/render.h"
+#include "shaders/include/octree_pixel_rule.h"
+
 #include "octree_shapes.h"
 
 enum { WIDTH = 83, HEIGHT = 61, PIXELS = WIDTH * HEIGHT };
@@ -92,6 +95,42 @@ static void check_rays(stage *s, fm_octree *octree, const fm_octree_render_desc 
         CHECK(octree->info.kind > FM_OCTREE_VOXELS || stats.beam_reads > 0);
         printf("reads a ray %.1f with beams, %.2f of them beside\n", (double)reads / PIXELS, (double)stats.beam_reads / PIXELS);
     }
+}
+
+// No ray of a tile truly meets the surface before its beam ends, and beams are of use.
+static void check_beams(fm_octree *octree, const shape *of) {
+    const fm_octree_head head = fm_octree_host_head(octree);
+    const fm_octree_render_desc desc = view_of(octree);
+    double far = 0, all = 0;
+    for (int zoom = 0; zoom < 3; zoom++) {
+        fm_render_desc view = {.camera = desc.camera, .width = zoom ? 1024 : 64, .height = zoom ? 1024 : 64};
+        fm_march_push push;
+        fm_camera_rays(&view, &push);
+        fm_octree_scene scene = {.head = (uint64_t)(uintptr_t)&head, .epsilon = 0.1f};
+        scene.width = (int32_t)view.width;
+        scene.height = (int32_t)view.height;
+        memcpy(scene.origin, desc.camera.position, sizeof scene.origin);
+        memcpy(scene.corner, push.corner, sizeof scene.corner);
+        memcpy(scene.right, push.right, sizeof scene.right);
+        memcpy(scene.down, push.down, sizeof scene.down);
+        const int tiles = scene.width / FM_OCTREE_TILE;
+        for (int i = 0; i < tiles * tiles; i += zoom ? 37 : 1) {
+            const fm_octree_beam beam = fm_tile_beam(&scene, i % tiles, i / tiles);
+            double nearest = INFINITY;
+            for (int k = 0; k < FM_OCTREE_TILE * FM_OCTREE_TILE; k += zoom ? 9 : 1) {
+                const int x = i % tiles * FM_OCTREE_TILE + k % FM_OCTREE_TILE, y = i / tiles * FM_OCTREE_TILE + k / FM_OCTREE_TILE;
+                const fm_v3 way = fm_octree_pixel_way(&scene, (float)x, (float)y);
+                fm_mesh_ray ray = {.direction = {way.x, way.y, way.z}, .last = 1e30f};
+                memcpy(ray.origin, scene.origin, sizeof ray.origin);
+                nearest = fmin(nearest, shape_trace(of, &ray).t);
+            }
+            CHECK((double)beam.t <= nearest);
+            far += isfinite(nearest) ? (double)beam.t : 0;
+            all += isfinite(nearest) ? nearest : 0;
+        }
+    }
+    printf("beams go %.3f of the way\n", far / all);
+    CHECK(all > 0 && far > 0.8 * all);
 }
 
 static uint8_t green_at(const uint8_t *picture, int i) {
@@ -382,6 +421,9 @@ static void check_all(stage *s, stage *cpu) {
             close.camera.fov_y = 5;
             check_rays(s, torus, &close);
             check_shadow(s, &shapes[1], torus);
+            if (s == cpu) {
+                check_beams(torus, &shapes[1]);
+            }
         }
         // A driver compiles a kernel for each of these: seconds on one that is software.
         if (torus && ball && (i == 0 || s == cpu)) {

@@ -7,6 +7,7 @@
 // the rays as long as they are in it.
 
 #include "octree_cast_rule.h"
+#include "octree_picture_shared.h"
 
 // Kinds whose nodes are those of octree_nodes_rule.h.
 FM_RULE bool fm_octree_has_beams(fm_int kind) {
