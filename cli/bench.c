@@ -304,7 +304,7 @@ static bool read_plan(const bench_args *a, bench_plan *p) {
                       .json = cli_given(a->json, NULL),
                       .quiet = a->quiet->count > 0};
     if (strcmp(a->what->sval[0], "transform") != 0) {
-        cli_usage("bench: no benchmark \"%s\": transform, world, render and mesh are there", a->what->sval[0]);
+        cli_usage("bench: no benchmark \"%s\": transform, world, render, mesh and octree are there", a->what->sval[0]);
         return false;
     }
     if (!cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend) || !read_limits(a, p)) {
@@ -327,6 +327,9 @@ int command_bench(int argc, char **argv) {
     if (argc > 1 && strcmp(argv[1], "mesh") == 0) {
         return command_bench_mesh(argc - 1, argv + 1);
     }
+    if (argc > 1 && strcmp(argv[1], "octree") == 0) {
+        return command_bench_octree(argc - 1, argv + 1);
+    }
     if (argc > 1 && strcmp(argv[1], "render") == 0) {
         return command_bench_render(argc - 1, argv + 1);
     }
@@ -335,8 +338,8 @@ int command_bench(int argc, char **argv) {
     }
     static const cli_help help = {
         "bench",
-        "Measures exact transforms (for editable worlds, pictures of them and meshes see fathom bench world --help, render --help\n"
-        "and mesh --help): GPU time of each pass, wall time, throughput, memory, and the ratio to the time that a copy of as many\n"
+        "Measures exact transforms (for editable worlds, pictures of them, meshes and octrees see fathom bench world --help,\n"
+        "render --help, mesh --help and octree --help): GPU time of each pass, wall time, throughput, memory, and the ratio to the time that a copy of as many\n"
         "bytes takes. A sample of each result is checked; a wrong one fails.",
         "fathom bench transform --sizes 128,256,512 --csv results.csv\n"
         "fathom bench transform --sizes 512 --scenes terrain --engines fathom-vulkan,fathom-cpu,copy\n"

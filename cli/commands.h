@@ -27,5 +27,6 @@ int command_bench_world(int argc, char **argv);
 int command_bench_render(int argc, char **argv);
 int command_bench_shadows(int argc, char **argv);
 int command_bench_mesh(int argc, char **argv);
+int command_bench_octree(int argc, char **argv);
 
 #endif
