@@ -359,6 +359,19 @@ static void shared(fm_context *context) {
     CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));
     CHECK_OK(fm_octree_read(context, io_path("deep.fmo"), &read));
     fm_octree_destroy(read);
+    // Two of the root's children have what lies below in common, on levels of which one is too low for it.
+    CHECK(fm_octree_reserve(octree, &octree->words, 8));
+    octree->words.count += 8;
+    for (uint64_t i = 0; i < 8; i++) {
+        made_word(octree, count + i, i == 0 ? 9 : i == 1 ? 1 : UINT32_MAX);
+    }
+    made_word(octree, 0, (uint32_t)count);
+    CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));
+    CHECK_FAILS(fm_octree_read(context, io_path("deep.fmo"), &read), FM_ERROR_FORMAT);
+    made_word(octree, count + 1, 9);
+    CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));
+    CHECK_OK(fm_octree_read(context, io_path("deep.fmo"), &read));
+    fm_octree_destroy(read);
     octree->info.levels = 19;
     octree->info.top[0] = octree->info.top[1] = octree->info.top[2] = 2;
     CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));

@@ -18,6 +18,8 @@
 
 static const uint64_t BUDGET = 256 << 20;
 static const float FADE_MS = 250;
+// Of how much a part was wanted before when fewer rays meet it.
+static const float KEPT = 0.9f;
 
 struct fm_octree_stream {
     fm_context *context;
@@ -27,7 +29,9 @@ struct fm_octree_stream {
     fm_octree *coarse;
     fm_octree_grid grid;
     fm_fmo_part *rows;
-    float *scores;
+    float *scores, *fresh;  // of parts: how much they are wanted; what the newest look at them says
+    uint64_t *seen;         // the newest update in which a ray met them
+    uint64_t updates;
     fm_octree_residents residents;
     uint64_t budget;
     uint64_t fixed;    // bytes of all but parts
@@ -138,7 +142,9 @@ static fm_result open_stream(fm_octree_stream *stream, const char *path, const f
     r->count = (uint64_t)header.parts[0] * header.parts[1] * header.parts[2];
     stream->rows = fm_alloc(allocator, r->count * sizeof *stream->rows, "the directory of parts");
     stream->scores = fm_alloc_zero(allocator, r->count * sizeof *stream->scores, "the directory of parts");
-    if (!stream->rows || !stream->scores) {
+    stream->fresh = fm_alloc(allocator, r->count * sizeof *stream->fresh, "the directory of parts");
+    stream->seen = fm_alloc_zero(allocator, r->count * sizeof *stream->seen, "the directory of parts");
+    if (!stream->rows || !stream->scores || !stream->fresh || !stream->seen) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     FM_TRY(fm_fmo_read_directory(stream->file, bytes, &header, path, stream->rows));
@@ -176,11 +182,34 @@ void fm_octree_stream_close(fm_octree_stream *stream) {
     fm_octree_destroy(stream->coarse);
     fm_free(allocator, stream->rows, stream->residents.count * sizeof *stream->rows);
     fm_free(allocator, stream->scores, stream->residents.count * sizeof *stream->scores);
+    fm_free(allocator, stream->fresh, stream->residents.count * sizeof *stream->fresh);
+    fm_free(allocator, stream->seen, stream->residents.count * sizeof *stream->seen);
     if (stream->file >= 0) {
         close(stream->file);
     }
     fm_free(allocator, stream->name, stream->name_bytes);
     fm_free(allocator, stream, sizeof *stream);
+}
+
+// Each update looks with other rays than the one before: a part stays wanted until all of them have passed it by.
+static void look(fm_octree_stream *stream, const fm_camera *camera, bool wait) {
+    const fm_octree_wants wants = {fm_octree_host_head(stream->coarse), stream->grid};
+    const uint64_t count = stream->residents.count;
+    if (wait) {
+        memset(stream->scores, 0, count * sizeof *stream->scores);
+    }
+    for (int turns = wait ? FM_WANT_TURNS : 1; turns > 0; turns--) {
+        stream->updates++;
+        fm_octree_want(stream->context->pool, &wants, camera, (uint32_t)(stream->updates % FM_WANT_TURNS), stream->fresh);
+        for (uint64_t at = 0; at < count; at++) {
+            if (stream->fresh[at] > 0) {
+                stream->scores[at] = fmaxf(stream->fresh[at], stream->scores[at] * KEPT);
+                stream->seen[at] = stream->updates;
+            } else if (stream->updates - stream->seen[at] >= FM_WANT_TURNS) {
+                stream->scores[at] = 0;
+            }
+        }
+    }
 }
 
 static fm_result load_wanted(fm_octree_stream *stream, bool wait) {
@@ -201,8 +230,7 @@ fm_result fm_octree_stream_update(fm_octree_stream *stream, const fm_camera *cam
     }
     FM_TRY(fm_camera_check(camera));
     fm_octree_residents *r = &stream->residents;
-    const fm_octree_wants wants = {fm_octree_host_head(stream->coarse), stream->grid};
-    fm_octree_want(stream->context->pool, &wants, camera, stream->scores);
+    look(stream, camera, wait);
     const uint64_t now = fm_now_ns();
     fm_residents_fade(r, stream->last_ns > 0 ? 1e-6 * (double)(now - stream->last_ns) : 0);
     stream->last_ns = now;

@@ -76,7 +76,7 @@ static void count_ray(const pass *p, uint32_t ray, float *scores) {
     }
 }
 
-void fm_octree_want(fm_pool *pool, const fm_octree_wants *wants, const fm_camera *camera, float *scores) {
+void fm_octree_want(fm_pool *pool, const fm_octree_wants *wants, const fm_camera *camera, uint32_t turn, float *scores) {
     // Rays stand farther apart across than down, so that wide pictures are covered.
     const fm_render_desc desc = {.camera = *camera, .width = FM_WANT_WIDTH, .height = FM_WANT_HEIGHT};
     const float wider = WIDEST * FM_WANT_HEIGHT / FM_WANT_WIDTH;
@@ -87,7 +87,10 @@ void fm_octree_want(fm_pool *pool, const fm_octree_wants *wants, const fm_camera
     p.right = fm_times((fm_v3){push.right[0], push.right[1], push.right[2]}, wider);
     p.down = (fm_v3){push.down[0], push.down[1], push.down[2]};
     const fm_v3 corner = {push.corner[0], push.corner[1], push.corner[2]};
+    // Turns that follow each other are far apart.
+    const float across = (float)(turn * 5 % 4) / 4 - 0.375f, along = (float)(turn * 7 % FM_WANT_TURNS / 4) / 4 - 0.375f;
     p.corner = fm_less(corner, fm_times(p.right, (1 - 1 / wider) * 0.5f * (FM_WANT_WIDTH - 1)));
+    p.corner = fm_add(p.corner, fm_add(fm_times(p.right, across), fm_times(p.down, along)));
     fm_pool_run(pool, FM_WANT_RAYS, GRAIN, cast, &p);
     memset(scores, 0, (size_t)wants->grid.count[0] * (size_t)wants->grid.count[1] * (size_t)wants->grid.count[2] * sizeof *scores);
     for (uint32_t ray = 0; ray < FM_WANT_RAYS; ray++) {
