@@ -82,26 +82,12 @@ FM_RULE fm_vcp_near fm_vcp_nearest_plane(fm_vcp_cell cell, fm_v3 u, fm_v3 way, f
     return near;
 }
 
-// The last sample of a ray that has come near to a plane, but not to the surface: while it is near, the trilinear vectors follow
-// each other no farther apart than they are long, also from cell to cell. Lengths in finest cells.
-FM_PUSH_STRUCT(fm_vcp_trail) {
-    fm_v3 v;
-    fm_float t;  // of the ray; below 0: it is not near
-};
-
 // Where the surface is met in a cell.
 FM_PUSH_STRUCT(fm_vcp_found) {
     fm_float s;    // edges of the cell from where the ray was; below 0: nowhere
     fm_float end;  // how far the cell was looked at; above the ray's stay in it: to its end
     fm_int corner;
-    fm_vcp_trail trail;
 };
-
-// Whether the surface that was ahead is behind, though no sample was within epsilon. (Past an edge or a rod that is farther vectors
-// turn, too, but by less than a right angle between samples no farther apart than the first is long.)
-FM_RULE bool fm_vcp_crossed(fm_v3 before, fm_v3 now, fm_v3 way) {
-    return fm_dot(before, way) > 0 && fm_dot(now, way) < 0 && fm_dot(before, now) < 0;
-}
 
 // How far the plane that a vector stands on is along the ray, forwards or back, and at most 2 epsilon.
 FM_RULE fm_float fm_vcp_onto(fm_v3 v, fm_v3 way, fm_float epsilon) {
@@ -110,22 +96,24 @@ FM_RULE fm_float fm_vcp_onto(fm_v3 v, fm_v3 way, fm_float epsilon) {
     return FM_MIN(FM_MAX(on, -2 * epsilon), 2 * epsilon);
 }
 
-// The mean of the corners' directions, each turned to the side of that whose plane was met: directions are kept finely, while those
-// of the short vectors by a surface say little. Its length is 1 where the surface is flat, less where faces meet.
-FM_RULE fm_v3 fm_vcp_mean(fm_vcp_cell cell, fm_v3 u, fm_int corner) {
+// The mean of the corners' directions, each turned to the side from which the plane of `corner` was met, and towards the ray where
+// it is at right angles to that: directions are kept finely, while those of the short vectors by a surface say little. Its length
+// is 1 where the surface is flat, less where faces meet.
+FM_RULE fm_v3 fm_vcp_mean(fm_vcp_cell cell, fm_v3 u, fm_v3 ray, fm_int corner) {
     fm_v3 side = cell.v[0], sum = fm_v3_of(0, 0, 0);
     for (int i = 1; i < 8; i++) {
         if (i == corner) {
             side = cell.v[i];
         }
     }
+    fm_v3 outside = fm_less(fm_octree_facing(fm_unit(side), ray), fm_times(ray, 0.5f));
     fm_float all = 0;
     fm_v3 in_cell = fm_v3_of(FM_MIN(FM_MAX(u.x, 0.0f), 1.0f), FM_MIN(FM_MAX(u.y, 0.0f), 1.0f), FM_MIN(FM_MAX(u.z, 0.0f), 1.0f));
     for (int i = 0; i < 8; i++) {
         // A vector without length has no direction.
         fm_v3 way = fm_unit(cell.v[i]);
         fm_float weight = fm_dot(way, way) > 0 ? fm_octree_weight(i, in_cell) : 0.0f;
-        sum = fm_add(sum, fm_times(way, fm_dot(way, side) < 0 ? -weight : weight));
+        sum = fm_add(sum, fm_times(way, fm_dot(way, outside) < 0 ? -weight : weight));
         all += weight;
     }
     return all > 0 ? fm_times(sum, 1 / all) : side;
@@ -136,8 +124,8 @@ FM_RULE fm_v3 fm_vcp_mean(fm_vcp_cell cell, fm_v3 u, fm_int corner) {
 #define FM_VCP_EDGE 0.15f
 
 // ... at a place: nothing where the surface is flat, all of it in the middle of an edge of 67 degrees or more.
-FM_RULE fm_float fm_vcp_slack(fm_vcp_cell cell, fm_v3 u, fm_int corner) {
-    fm_v3 mean = fm_vcp_mean(cell, u, corner);
+FM_RULE fm_float fm_vcp_slack(fm_vcp_cell cell, fm_v3 u, fm_v3 ray, fm_int corner) {
+    fm_v3 mean = fm_vcp_mean(cell, u, ray, corner);
     return FM_VCP_EDGE * FM_MIN(6 * FM_MAX(1 - fm_octree_length(mean), 0.0f), 1.0f);
 }
 
@@ -154,63 +142,37 @@ FM_RULE fm_float fm_vcp_onto_plane(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_int 
     return FM_MIN(FM_MAX(on, -2 * epsilon), 2 * epsilon);
 }
 
-// How far apart samples are: a length is a step, yet of vectors that are not exact half of one loses fewer creases.
-FM_RULE fm_float fm_vcp_pace(fm_float length) {
-    return FM_MAX(length * 0.5f, 0.02f);
-}
-
 #define FM_VCP_TRIES 24
-#define FM_VCP_NEAR 1.5f  // what is farther, in edges of the cell, is not near
 
-// `stay` and `epsilon` in edges of the cell, whose edge is `size`; the ray is at `t`.
-FM_RULE fm_vcp_found fm_vcp_in_cell(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_float stay, fm_float epsilon, fm_float size,
-                                    fm_float t, fm_vcp_trail trail) {
+// `stay` and `epsilon` in edges of the cell, whose edge is `size` finest ones.
+FM_RULE fm_vcp_found fm_vcp_in_cell(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_float stay, fm_float epsilon, fm_float size) {
     fm_vcp_found found;
     found.s = -1;
-    found.end = 0;
     found.corner = 0;
-    found.trail = trail;
-    bool near = trail.t >= 0;
-    fm_float last = (trail.t - t) / size;
-    fm_v3 before = fm_times(trail.v, 1 / size);
-    fm_float s = near ? FM_MAX(last + fm_vcp_pace(fm_octree_length(before)), 0.0f) : 0.0f;
-    for (int i = 0; i < FM_VCP_TRIES && s <= stay; i++) {
-        fm_v3 at = fm_add(u, fm_times(way, s));
-        fm_vcp_near plane = fm_vcp_nearest_plane(cell, at, way, epsilon);
-        found.corner = plane.s < FM_INFINITY_F ? plane.corner : found.corner;
-        if (!near) {
-            s += plane.s;
-            if (!(s <= stay)) {
-                break;
-            }
-            at = fm_add(u, fm_times(way, s));
-            plane.s = 0;
+    fm_float s = 0;
+    for (int i = 0; i < FM_VCP_TRIES; i++) {
+        fm_vcp_near plane = fm_vcp_nearest_plane(cell, fm_add(u, fm_times(way, s)), way, epsilon);
+        s += plane.s;
+        if (!(s <= stay)) {
+            break;
         }
-        fm_v3 v = fm_vcp_trilinear(cell, at);
-        fm_float length = fm_octree_length(v);
-        if (length <= epsilon && plane.s <= 0) {
+        found.corner = plane.corner;
+        fm_v3 at = fm_add(u, fm_times(way, s)), v = fm_vcp_trilinear(cell, at);
+        fm_float length = fm_octree_length(v), slack = 0;
+        if (length > epsilon && length <= epsilon + FM_VCP_EDGE / size) {
+            slack = fm_vcp_slack(cell, at, way, plane.corner) / size;
+        }
+        if (length <= epsilon + slack) {
             // Published hits are where the length is epsilon. From there the plane leads onto the surface.
-            found.s = FM_MAX(s + fm_vcp_onto(v, way, epsilon), 0.0f);
-            return found;
+            fm_float onto =
+                length <= epsilon ? fm_vcp_onto(v, way, epsilon) : fm_vcp_onto_plane(cell, at, way, plane.corner, epsilon);
+            found.s = FM_MAX(s + onto, 0.0f);
+            break;
         }
-        if (plane.s <= 0 && length <= epsilon + FM_VCP_EDGE / size &&
-            length <= epsilon + fm_vcp_slack(cell, at, found.corner) / size) {
-            found.s = FM_MAX(s + fm_vcp_onto_plane(cell, at, way, found.corner, epsilon), 0.0f);
-            return found;
-        }
-        if (near && fm_vcp_crossed(before, v, way)) {
-            fm_float from = fm_octree_length(before);
-            found.s = FM_MAX(last + (s - last) * from / (from + length), 0.0f);
-            return found;
-        }
-        near = fm_dot(v, way) > 0 && length < FM_VCP_NEAR;
-        before = v;
-        last = s;
-        s += fm_vcp_pace(length);
+        // The length is a step, yet of vectors that are not exact half of one loses fewer edges.
+        s += FM_MAX(length * 0.5f, 0.02f);
     }
     found.end = s;
-    found.trail.v = fm_times(before, size);
-    found.trail.t = near ? t + last * size : -1.0f;
     return found;
 }
 
@@ -221,19 +183,16 @@ FM_PUSH_STRUCT(fm_vcp_way) {
     fm_float t, stay;
     fm_int steps;
     fm_uint leaves;  // read so far
-    fm_int passed;   // 1: something was, where nothing is near
 };
 
 // Over empty leaves, and over leaves with a corner that says that the whole way through is clear: no surface is nearer to a place
 // than the nearest corner's length less the way to that corner. `t` is above ray.far where there is no such cell.
 FM_RULE fm_vcp_way fm_vcp_go(fm_octree_head head, fm_octree_ray ray, fm_vcp_way before, fm_float epsilon) {
     fm_vcp_way go = before;
-    go.passed = 0;
     for (; go.steps < FM_CAST_STEPS && go.t <= ray.far; go.steps++) {
         fm_v3 place = fm_add(ray.from, fm_times(ray.way, go.t));
         go.spot = fm_octree_seek(head, go.spot, place);
         if (!fm_octree_is_leaf(go.spot.word)) {
-            go.passed = 1;
             go.t += fm_octree_empty_step(ray, go.spot, place);
             continue;
         }
@@ -249,7 +208,6 @@ FM_RULE fm_vcp_way fm_vcp_go(fm_octree_head head, fm_octree_ray ray, fm_vcp_way 
         if (!(room * size > go.stay + epsilon)) {
             return go;
         }
-        go.passed = 1;
         go.t += FM_MAX(room * size - epsilon, go.stay + ray.nudge);
     }
     go.t = FM_INFINITY_F;
@@ -268,10 +226,6 @@ FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray
     go.stay = 0;
     go.steps = 0;
     go.leaves = 0u;
-    go.passed = 0;
-    fm_vcp_trail trail;
-    trail.v = fm_v3_of(0, 0, 0);
-    trail.t = -1;
     for (int i = 0; i < FM_CAST_STEPS; i++) {
         go = fm_vcp_go(head, ray, go, epsilon);
         if (!(go.t <= ray.far)) {
@@ -282,12 +236,11 @@ FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray
         fm_v3 u = fm_times(fm_less(place, fm_octree_corner(go.spot)), inverse);
         fm_uint leaf = fm_octree_leaf_of(go.spot);
         fm_vcp_cell cell = fm_vcp_cell_of(head, go.words, leaf, size);
-        trail.t = go.passed == 1 ? -1.0f : trail.t;
-        fm_vcp_found found = fm_vcp_in_cell(cell, u, ray.way, go.stay * inverse, epsilon * inverse, size, go.t, trail);
-        trail = found.trail;
+        fm_vcp_found found = fm_vcp_in_cell(cell, u, ray.way, go.stay * inverse, epsilon * inverse, size);
         if (found.s >= 0) {
             u = fm_add(u, fm_times(ray.way, found.s));
-            met = fm_octree_meet(head, ray, go.t + found.s * size, fm_unit(fm_vcp_mean(cell, u, found.corner)), go.spot.level);
+            met = fm_octree_meet(head, ray, go.t + found.s * size, fm_unit(fm_vcp_mean(cell, u, ray.way, found.corner)),
+                                 go.spot.level);
             met.mark = fm_octree_attribute_at(head, leaf, u);
             break;
         }
