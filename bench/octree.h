@@ -36,6 +36,7 @@ typedef struct bench_octree_way {
     fm_octree_kind kind;
     float epsilon;    // as fm_octree_cast
     float threshold;  // as fm_octree_desc
+    float band;       // likewise; 0: the plan's
     bool field;       // no octree: the dense field of a world
     bool worlds;      // made from worlds, too
 } bench_octree_way;
@@ -57,6 +58,7 @@ typedef struct bench_octree_plan {
     fm_octree_code code;
     float threshold, band;  // of CLOSEST and DISTANCE, as fm_octree_desc
     bool share;
+    bool upright;    // models have y up, not z
     uint32_t edits;  // of each radius
 } bench_octree_plan;
 
@@ -65,7 +67,7 @@ typedef struct bench_octree_result {
     const char *mode, *way, *view, *match;
     char model[256], device[256];
     char failure[512];  // empty when all went well
-    char note[128];
+    char note[256];
     double triangles, size, width, height, radius;
     bench_stats build, primary, second,
         update;                     // by the clock; GPU timestamps on devices, by the clock on processors; by the clock
@@ -111,6 +113,7 @@ typedef struct bench_octree_model {
     fm_context *context;
     fm_mesh *mesh;
     double triangles;
+    bool closed, upright;
     float low[3], high[3];  // the box of octrees; all 0: the mesh's own
     double middle[3], radius, longest;
     // The true distance of a place to the surface, where there is a formula.
@@ -127,11 +130,12 @@ void bench_octree_model_destroy(bench_octree_model *model);
 const bench_octree_view *bench_octree_view_of(bench_octree_model *model, uint32_t view);
 
 // A camera that sees a ball of `radius` from the side and above.
-fm_camera bench_octree_camera(const double middle[3], double radius, double aspect);
+fm_camera bench_octree_camera(const double middle[3], double radius, double aspect, bool upright);
 // Rays through the middles of the pixels, of length 1, row by row from above; `step` (NULL allowed) is the angle between pixels.
 void bench_octree_rays(const fm_camera *camera, uint32_t width, uint32_t height, fm_mesh_ray *rays, double *step);
-// Shades what rays hit, all kinds and the triangles alike.
-void bench_octree_shade(const bench_octree_seen *seen, const fm_mesh_ray *rays, uint64_t count, float *picture);
+// Shades what rays hit, all kinds and the triangles alike: the sun is behind the camera, above and to the left.
+void bench_octree_shade(const fm_camera *camera, const bench_octree_seen *seen, const fm_mesh_ray *rays, uint64_t count,
+                        float *picture);
 void bench_octree_bytes(const float *picture, uint64_t numbers, uint8_t *bytes);
 
 // ---------------------------------------------------------------------------------------------------------------------------

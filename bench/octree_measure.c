@@ -20,6 +20,7 @@ const char *const bench_octree_match_words[] = {"memory", "time", "surface", "im
 
 static const bench_octree_way ways[] = {{.name = "closest", .kind = FM_OCTREE_CLOSEST},
                                         {.name = "closest-sampled", .kind = FM_OCTREE_CLOSEST, .epsilon = -0.1f},
+                                        {.name = "closest-thin", .kind = FM_OCTREE_CLOSEST, .band = 1},
                                         {.name = "distance", .kind = FM_OCTREE_DISTANCE},
                                         {.name = "distance-sampled", .kind = FM_OCTREE_DISTANCE, .epsilon = -0.1f},
                                         {.name = "voxels", .kind = FM_OCTREE_VOXELS, .worlds = true},
@@ -30,8 +31,8 @@ static const bench_octree_way ways[] = {{.name = "closest", .kind = FM_OCTREE_CL
                                         {.name = "bricks", .kind = FM_OCTREE_BRICKS},
                                         {.name = "field", .field = true, .worlds = true}};
 const char *const bench_octree_way_words[] = {
-    "closest", "closest-sampled", "distance", "distance-sampled", "voxels", "svo", "svo-cubes", "dag", "tree64",
-    "bricks",  "field",           NULL};
+    "closest", "closest-sampled", "closest-thin", "distance", "distance-sampled", "voxels", "svo", "svo-cubes", "dag",
+    "tree64",  "bricks",          "field",        NULL};
 _Static_assert(sizeof bench_octree_way_words / sizeof bench_octree_way_words[0] == sizeof ways / sizeof ways[0] + 1,
                "words of all ways");
 
@@ -127,7 +128,7 @@ bool bench_octree_build(bench_octree_model *model, const bench_octree_way *way, 
     if (vectors) {
         job.desc.method = plan->method;
         job.desc.threshold = plan->threshold;
-        job.desc.band = plan->band;
+        job.desc.band = way->band > 0 ? way->band : plan->band;
         job.desc.share = plan->share;
         job.desc.code = way->kind == FM_OCTREE_CLOSEST ? plan->code : FM_OCTREE_SPHERICAL;
     }
@@ -309,7 +310,7 @@ static bool compare_pictures(const looked *l, uint8_t *pixels, bench_octree_resu
     if (!picture) {
         return false;
     }
-    bench_octree_shade(l->seen, l->rays, l->count, picture);
+    bench_octree_shade(&l->view->camera, l->seen, l->rays, l->count, picture);
     const image test = {picture, l->model->width, l->model->height};
     const image reference = {l->view->picture, l->model->width, l->model->height};
     result->rmse = image_rmse(&test, &reference);
@@ -347,6 +348,10 @@ bool bench_octree_look(bench_session *session, bench_octree_model *model, uint32
         good = compare_depths(&l, result) && sample_surface(&l, plan->samples, result) && compare_pictures(&l, pixels, result);
         if (!good) {
             bench_octree_failed(result, NULL);
+        } else if ((info.kind == FM_OCTREE_DISTANCE || info.kind == FM_OCTREE_BRICKS) && !model->closed) {
+            snprintf(result->note + strlen(result->note), sizeof result->note - strlen(result->note),
+                     "%sthe mesh is open, but this kind needs an inside: %.3g %% of the sample are wrong",
+                     result->note[0] ? "; " : "", 100 * result->wrong / result->samples);
         } else if (result->wrong > most_wrong * result->samples) {
             good = bench_octree_failed(result, "more than 1 % of the sampled pixels are far from the triangles or miss them");
         }

@@ -9,7 +9,7 @@
 #include <string.h>
 
 // Turned and lifted as in most portraits; nothing of a model is parallel to the picture.
-static const double yaw = 0.9, pitch = 0.35, fov = 45, pi = 3.14159265358979323846;
+static const double yaw = 0.9, pitch = 0.35, fov = 45, tight = 0.8, pi = 3.14159265358979323846;
 
 const char *const bench_octree_view_words[] = {"whole", "half", "close", NULL};
 
@@ -153,6 +153,8 @@ static void measure_box(bench_octree_model *model) {
     }
     model->radius = sqrt(square) / 2;
     model->triangles = (double)triangle_count;
+    fm_mesh_info info;
+    model->closed = fm_mesh_describe(model->mesh, &info) == FM_OK && info.closed;
 }
 
 bench_octree_model *bench_octree_model_create(bench_session *session, const char *name, uint32_t triangles,
@@ -169,6 +171,7 @@ bench_octree_model *bench_octree_model_create(bench_session *session, const char
     model->context = bench_session_context(session, FM_BACKEND_AUTO);
     model->width = plan->width;
     model->height = plan->height;
+    model->upright = plan->upright;
     for (size_t i = 0; i < sizeof formulas / sizeof formulas[0]; i++) {
         model->distance = strcmp(name, formulas[i].name) == 0 ? formulas[i].distance : model->distance;
     }
@@ -196,10 +199,13 @@ void bench_octree_model_destroy(bench_octree_model *model) {
 // Views
 // ---------------------------------------------------------------------------------------------------------------------------
 
-fm_camera bench_octree_camera(const double middle[3], double radius, double aspect) {
-    const double half = atan(tan(fov * pi / 360) * fmin(aspect, 1)), away = radius / sin(half);
-    const double way[3] = {-cos(pitch) * cos(yaw), -cos(pitch) * sin(yaw), -sin(pitch)};
-    fm_camera camera = {.up = {0, 0, 1}, .fov_y = (float)fov};
+// The ball's rim is cut off: what fills its box rarely comes near it.
+fm_camera bench_octree_camera(const double middle[3], double radius, double aspect, bool upright) {
+    const double half = atan(tan(fov * pi / 360) * fmin(aspect, 1)), away = tight * radius / sin(half);
+    const double level = -cos(pitch) * sin(yaw), down = -sin(pitch);
+    const double way[3] = {-cos(pitch) * cos(yaw), upright ? down : level, upright ? -level : down};
+    fm_camera camera = {.fov_y = (float)fov};
+    camera.up[upright ? 1 : 2] = 1;
     for (int i = 0; i < 3; i++) {
         camera.forward[i] = (float)way[i];
         camera.position[i] = (float)(middle[i] - away * way[i]);
@@ -256,18 +262,28 @@ static float shown(double light) {
     return (float)(v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055);
 }
 
-void bench_octree_shade(const bench_octree_seen *seen, const fm_mesh_ray *rays, uint64_t count, float *picture) {
-    static const double clay[3] = {0.72, 0.66, 0.60}, sky[3] = {0.60, 0.68, 0.78}, sun[3] = {0.48, -0.56, 0.6757};
+void bench_octree_shade(const fm_camera *camera, const bench_octree_seen *seen, const fm_mesh_ray *rays, uint64_t count,
+                        float *picture) {
+    static const double clay[3] = {0.72, 0.66, 0.60}, sky[3] = {0.60, 0.68, 0.78};
+    double back[3], up[3], left[3], sun[3];
+    for (int k = 0; k < 3; k++) {
+        back[k] = -(double)camera->forward[k];
+        up[k] = (double)camera->up[k];
+    }
+    cross(back, up, left);
+    for (int k = 0; k < 3; k++) {
+        sun[k] = 0.55 * back[k] + 0.6 * up[k] + 0.6 * left[k];
+    }
+    unit(sun);
     for (uint64_t i = 0; i < count; i++) {
-        const float *n = seen[i].normal;
-        double light = 0.16 + 0.1 * (double)n[2];
-        // A lamp at the camera beside the sun, so that what is away from the sun has a shape, too.
-        double toward_sun = 0, toward_eye = 0;
+        double toward_sun = 0, toward_eye = 0, above = 0;
         for (int k = 0; k < 3; k++) {
-            toward_sun += sun[k] * (double)n[k];
-            toward_eye -= (double)rays[i].direction[k] * (double)n[k];
+            const double n = (double)seen[i].normal[k];
+            toward_sun += sun[k] * n;
+            toward_eye -= (double)rays[i].direction[k] * n;
+            above += up[k] * n;
         }
-        light += 0.6 * fmax(toward_sun, 0) + 0.25 * fmax(toward_eye, 0);
+        const double light = 0.16 + 0.08 * above + 0.6 * fmax(toward_sun, 0) + 0.2 * fmax(toward_eye, 0);
         for (int k = 0; k < 3; k++) {
             picture[3 * i + (uint64_t)k] = shown(isfinite(seen[i].t) ? light * clay[k] : sky[k]);
         }
@@ -302,7 +318,7 @@ static void normal_of(const bench_octree_model *model, uint32_t triangle, const 
 
 static bool place_camera(bench_octree_model *model, uint32_t view) {
     fm_camera *camera = &model->views[view].camera;
-    *camera = bench_octree_camera(model->middle, model->radius, (double)model->width / model->height);
+    *camera = bench_octree_camera(model->middle, model->radius, (double)model->width / model->height, model->upright);
     if (nearer[view] < 1) {
         fm_mesh_ray ray;
         fm_mesh_hit hit;
@@ -335,7 +351,7 @@ static bool trace(bench_octree_model *model, bench_octree_view *view, fm_mesh_ra
             normal_of(model, hits[i].triangle, rays[i].direction, view->truth[i].normal);
         }
     }
-    bench_octree_shade(view->truth, rays, count, view->picture);
+    bench_octree_shade(&view->camera, view->truth, rays, count, view->picture);
     return true;
 }
 

@@ -122,7 +122,7 @@ static bool is_solid(const void *user, const int64_t at[3]) {
 
 static fm_camera camera_of(uint32_t size, const bench_octree_plan *plan) {
     const double middle = size / 2.0 - 0.5;
-    return bench_octree_camera((const double[3]){middle, middle, middle}, 0.6 * size, (double)plan->width / plan->height);
+    return bench_octree_camera((const double[3]){middle, middle, middle}, 0.6 * size, (double)plan->width / plan->height, false);
 }
 
 static bool build_once(void *user, double *milliseconds) {

@@ -361,7 +361,7 @@ static bool take_radius(const char *option, const char *word, void *user) {
 typedef struct octree_args {
     struct arg_str *mode, *model, *triangles, *way, *size, *view, *match, *most, *picture, *method, *code, *threshold, *band,
         *radius, *edits, *frames, *seconds, *warm_up, *check, *backend, *device, *threads, *csv, *json, *pictures, *strip;
-    struct arg_lit *share, *quiet;
+    struct arg_lit *share, *upright, *quiet;
 } octree_args;
 
 static const char *const method_words[] = {"exact", "grown", NULL}, *const code_words[] = {"spherical", "octahedral", "floats",
@@ -377,7 +377,8 @@ static void add_options(cli_args *args, octree_args *a) {
                                       "torus (default), sphere, box, building, tubes, sheet, files; or a scene of voxels"));
     a->triangles = cli_add(args, arg_str0(NULL, "triangles", "N", "about so many of a mesh that is no file; default 200000"));
     a->way = cli_add(args, arg_str0(NULL, "way", "WAY,...",
-                                    "closest, closest-sampled, distance, distance-sampled, voxels, svo, svo-cubes, dag, tree64, "
+                                    "closest, closest-sampled, closest-thin (leaves within a cell), distance, distance-sampled, "
+                                    "voxels, svo, svo-cubes, dag, tree64, "
                                     "bricks, field; default all"));
     a->size = cli_add(args, arg_str0(NULL, "size", "N,...", "finest cells along the longest edge; default 128,256"));
     a->view = cli_add(args, arg_str0(NULL, "view", "whole|half|close,...", "default whole,close"));
@@ -389,6 +390,7 @@ static void add_options(cli_args *args, octree_args *a) {
     a->threshold = cli_add(args, arg_str0(NULL, "threshold", "T", "of merging, in cells; default that of the library"));
     a->band = cli_add(args, arg_str0(NULL, "band", "B", "leaves with values this near, in cells; default that of the library"));
     a->share = cli_add(args, arg_lit0(NULL, "share", "keep identical parts once"));
+    a->upright = cli_add(args, arg_lit0(NULL, "upright", "models have y up, not z"));
     a->radius = cli_add(args, arg_str0(NULL, "radius", "R,...", "update: of brushes; default 1,2,4,8,16"));
     a->edits = cli_add(args, arg_str0(NULL, "edits", "N", "update: of each radius; default 100"));
     a->frames = cli_add(args, arg_str0(NULL, "frames", "N", "pictures, and builds, of a row; default 20"));
@@ -451,7 +453,9 @@ static bool read_plan(const octree_args *a, octree_plan *p) {
                        .strip = cli_given(a->strip, NULL)};
     p->quiet = a->quiet->count > 0;
     p->bench.share = a->share->count > 0;
-    static const char *const all = "closest,closest-sampled,distance,distance-sampled,voxels,svo,svo-cubes,dag,tree64,bricks,field";
+    p->bench.upright = a->upright->count > 0;
+    static const char *const all =
+        "closest,closest-sampled,closest-thin,distance,distance-sampled,voxels,svo,svo-cubes,dag,tree64,bricks,field";
     return cli_word("--mode", cli_given(a->mode, "picture"), bench_octree_mode_words, &p->mode) && read_numbers(a, p) &&
            cli_each("--model", cli_given(a->model, p->mode == BENCH_OCTREE_UPDATE ? "terrain" : "torus"), MAX_LIST, take_model,
                     p) &&

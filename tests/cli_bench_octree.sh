@@ -4,6 +4,7 @@
 # time is judged.
 # shellcheck source=tests/cli_common.sh
 . "$(dirname "$0")/cli_common.sh"
+root=$(cd "$(dirname "$0")/.." && pwd)
 
 small="--triangles 2000 --picture 60x40 --frames 2 --seconds 0.01 --warm-up 0 --check 300 --backend cpu"
 # field CSV WAY NAME: a column of the first row of a way.
@@ -21,9 +22,9 @@ rows() {
 }
 # shellcheck disable=SC2086
 {
-    # Ten ways and two views; of a world, four kinds and the field.
+    # Eleven ways and two views; of a world, four kinds and the field.
     ends 0 bench octree $small --model torus,terrain --size 32 --csv p.csv --json p.json --pictures .
-    rows p.csv 26
+    rows p.csv 28
     [ -s "$work/torus-closest-32-close.png" ] || bad "no picture"
     rm -f "$work"/torus-*.png
     less "$(field p.csv closest rmse)" "$(field p.csv voxels rmse)" "the error of vectors against that of voxels"
@@ -60,10 +61,21 @@ if command -v python3 >/dev/null; then
     python3 -c '
 import json, sys
 d = json.load(open(sys.argv[1]))
-assert len(d) == 25 and all(r["failure"] == "" and r["samples"] > 0 for r in d)
+assert len(d) == 27 and all(r["failure"] == "" and r["samples"] > 0 for r in d)
 assert all(r["wrong"] <= 0.02 * r["samples"] and r["primary"]["median_ms"] > 0 for r in d)
 assert all(r["bytes"] == r["node_bytes"] + r["leaf_bytes"] + r["attribute_bytes"] for r in d if r["way"] != "field")
 ' "$work/p.json" || bad "p.json is not as expected"
 fi
+"$root/script/reproduce-vcp" "$(dirname "$fathom")" --quick --size 16 --data "$work/nothing" --out "$work/t" >"$work/.out" 2>"$work/.err" ||
+    bad "it failed: $(tail -n 3 "$work/.err")"
+grep -q '^| Thai statue, published (10 M triangles) | 2048, 1075 MiB | 2048, 1075 MiB | 4096, 1096 MiB | 2048, 860 MiB |' "$work/t/tables.md" ||
+    bad "the published memory is missing"
+grep -q '^| torus, ours (0.02 M triangles) | 16, [0-9.]* MiB | [0-9]*, [0-9.]* MiB |' "$work/t/tables.md" || bad "our memory is missing"
+grep -q '^| Raptor bottom, published | 13.2 | 12.9 | 12.7 | 16.8 |' "$work/t/tables.md" || bad "the published times are missing"
+grep -q '^| building | closest | 16 | ' "$work/t/tables.md" || bad "what is shared is missing"
+grep -q 'Small octrees and pictures only' "$work/t/tables.md" || bad "it does not say that octrees were small"
+[ -s "$work/t/strip.png" ] || bad "no strip"
+(cd "$work" && "$root/script/reproduce-vcp" nothing >.out 2>.err) && bad "a tree that is not there was measured"
+rm -rf "$work/t"
 holds p.csv p.json m.csv e.csv e.png u.csv z.csv s.csv c.csv
 finish
