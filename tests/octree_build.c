@@ -2,6 +2,7 @@
 // Octrees of vectors and of distances from meshes: every corner of every leaf, every empty leaf's bound, what merging may change.
 
 #include "octree_build_common.h"
+#include "vulkan_common.h"
 
 #include <stdio.h>
 
@@ -305,8 +306,35 @@ static void test_bad(fm_context *context) {
     scene_mesh_free(&tmp);
 }
 
-int main(void) {
+// What the device builds: the same checks, and the host's octree but for rounding.
+static void test_device(fm_context *context) {
+    named_mesh meshes[MESHES];
+    make_meshes(meshes);
+    for (int i = 0; i < MESHES; i++) {
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 23, .code = FM_OCTREE_FLOATS});
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 33, .code = FM_OCTREE_OCTAHEDRAL, .top_bytes = 4});
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 20, .top_bytes = 256, .threshold = -1});
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 26, .code = FM_OCTREE_FLOATS, .band = 1});
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 25, .code = FM_OCTREE_OCTAHEDRAL, .share = true});
+        scene_mesh_free(&meshes[i].mesh);
+    }
+}
+
+int main(int argc, char **argv) {
     fm_context *context = NULL;
+    vulkan_options options;
+    if (argc > 1) {
+        if (!vulkan_parse(argc, argv, &options)) {
+            return 2;
+        }
+        if (vulkan_open(&options, NULL, &context) != FM_OK) {
+            return vulkan_missing();
+        }
+        test_device(context);
+        CHECK(fm_context_validation_messages(context) == 0);
+        fm_context_destroy(context);
+        return check_summary();
+    }
     if (!CHECK_OK(fm_context_create(&(fm_context_desc){.backend = FM_BACKEND_CPU}, &context))) {
         return check_summary();
     }

@@ -111,18 +111,21 @@ FM_API void fm_octree_describe(const fm_octree *octree, fm_octree_info *info);
 
 // Builds an octree of any kind from a mesh in the mesh's context. Voxels are those that the surface touches (FM_SEPARATION_26), and
 // their number is 182, a grey of worlds, that of a triangle there and 1 (FM_OCTREE_TRIANGLE), or its colour, red in the lowest bits
-// (FM_OCTREE_COLOR).
+// (FM_OCTREE_COLOR). On Vulkan the device builds FM_OCTREE_CLOSEST by FM_OCTREE_EXACT, without attributes or with triangles, as far
+// as half of its memory goes; the processor builds all others. Its octree is the processor's but where rounding decides: which of
+// two places that are equally far is nearest, and deviations at the threshold. Bounds of empty leaves may differ, too, and
+// `code_error` is that of a sample where there are many vectors.
 // Errors: FM_ERROR_INVALID_ARGUMENT for NULL, sizes and enumerators out of range, a box without volume, attributes without their
 // arrays; FM_ERROR_UNSUPPORTED for more nodes or leaves than their numbers hold; FM_ERROR_OUT_OF_HOST_MEMORY,
 // FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
 FM_API fm_result fm_octree_build_mesh(fm_mesh *mesh, const fm_octree_desc *desc, fm_octree **octree);
 
 // Builds one from triangles that come piece by piece, so that the mesh need not fit into memory: each is kept for every chunk of
-// 128^3 cells that it comes near to, in memory as far as `host_bytes` go and else on disk. The result equals, bit for bit, that of
-// fm_octree_build_mesh with all triangles, the same box and method. The box must be given; FM_OCTREE_CLOSEST, and
-// FM_OCTREE_DISTANCE with FM_SIGN_NONE. Errors: as fm_octree_build_mesh; FM_ERROR_UNSUPPORTED for other kinds and signs;
-// FM_ERROR_IO when the disk refuses. A builder that failed while adding or finishing, or has finished, is only to be destroyed.
-// Same thread rule as its context.
+// 128^3 cells that it comes near to, in memory as far as `host_bytes` go and else on disk. The processor does it. The result
+// equals, bit for bit, that of fm_octree_build_mesh there with all triangles, the same box and method. The box must be given;
+// FM_OCTREE_CLOSEST, and FM_OCTREE_DISTANCE with FM_SIGN_NONE. Errors: as fm_octree_build_mesh; FM_ERROR_UNSUPPORTED for other
+// kinds and signs; FM_ERROR_IO when the disk refuses. A builder that failed while adding or finishing, or has finished, is only to
+// be destroyed. Same thread rule as its context.
 typedef struct fm_octree_builder fm_octree_builder;
 
 FM_API fm_result fm_octree_builder_create(fm_context *context, const fm_octree_desc *desc, fm_octree_builder **builder);

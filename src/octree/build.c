@@ -129,22 +129,40 @@ static fm_result build_chunk(fm_octree_build *build, uint64_t chunk) {
     return fm_octree_chunk_emit(build, chunk);
 }
 
-static void tell_errors(fm_octree_build *build) {
-    uint64_t bins[FM_ERROR_BINS] = {0}, count = 0, seen = 0;
-    for (uint32_t thread = 0; thread < fm_pool_threads(build->context->pool); thread++) {
-        for (uint32_t i = 0; i < FM_ERROR_BINS; i++) {
-            bins[i] += build->errors[(uint64_t)thread * FM_ERROR_BINS + i];
-            count += build->errors[(uint64_t)thread * FM_ERROR_BINS + i];
-        }
+void fm_octree_tell_errors(fm_octree *octree, const uint64_t bins[FM_ERROR_BINS]) {
+    const bool coded = octree->info.kind == FM_OCTREE_CLOSEST && octree->info.code != FM_OCTREE_FLOATS;
+    uint64_t count = 0, seen = 0;
+    for (uint32_t i = 0; i < FM_ERROR_BINS; i++) {
+        count += bins[i];
     }
-    const bool coded = build->desc->kind == FM_OCTREE_CLOSEST && build->desc->code != FM_OCTREE_FLOATS;
     for (uint32_t i = 0; coded && i < FM_ERROR_BINS && count > 0; i++) {
         seen += bins[i];
         if (seen * 100 >= count * 99) {
-            build->octree->info.code_error = (i + 1) * (double)FM_ERROR_STEP;
+            octree->info.code_error = (i + 1) * (double)FM_ERROR_STEP;
             return;
         }
     }
+}
+
+static void tell_errors(fm_octree_build *build) {
+    uint64_t bins[FM_ERROR_BINS] = {0};
+    for (uint32_t thread = 0; thread < fm_pool_threads(build->context->pool); thread++) {
+        for (uint32_t i = 0; i < FM_ERROR_BINS; i++) {
+            bins[i] += build->errors[(uint64_t)thread * FM_ERROR_BINS + i];
+        }
+    }
+    fm_octree_tell_errors(build->octree, bins);
+}
+
+fm_result fm_octree_finish(fm_octree *octree) {
+    fm_octree_info *info = &octree->info;
+    fm_octree_counted(octree);
+    info->unshared_bytes = info->node_bytes + info->leaf_bytes + info->attribute_bytes;
+    if (octree->desc.share && info->kind != FM_OCTREE_BRICKS) {
+        FM_TRY(fm_octree_share(octree));
+        fm_octree_counted(octree);
+    }
+    return FM_OK;
 }
 
 fm_result fm_octree_build_run(fm_octree_build *build) {
@@ -163,18 +181,17 @@ fm_result fm_octree_build_run(fm_octree_build *build) {
     }
     fm_octree_array_free(build->octree, &build->roots);
     tell_errors(build);
-    fm_octree_counted(build->octree);
-    fm_octree_info *info = &build->octree->info;
-    info->unshared_bytes = info->node_bytes + info->leaf_bytes + info->attribute_bytes;
-    if (build->desc->share && !bricks) {
-        FM_TRY(fm_octree_share(build->octree));
-        fm_octree_counted(build->octree);
-    }
-    return FM_OK;
+    return fm_octree_finish(build->octree);
 }
 
 static fm_result build_leaves(fm_mesh *mesh, const fm_octree_desc *desc, const double low[3], const double high[3],
                               fm_octree **octree) {
+    if (fm_gpu_octree_builds(mesh, desc)) {
+        const fm_result there = fm_gpu_octree_build(mesh, desc, low, high, octree);
+        if (there != FM_ERROR_OUT_OF_DEVICE_MEMORY && there != FM_ERROR_UNSUPPORTED) {
+            return there;
+        }
+    }
     fm_octree_build build = {
         .context = mesh->context, .desc = desc, .mesh = mesh, .sign = desc->sign, .soup_of = fm_octree_soup_of_mesh};
     if (build.sign == FM_SIGN_PSEUDONORMAL) {

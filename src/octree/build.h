@@ -158,6 +158,10 @@ fm_result fm_octree_build_run(fm_octree_build *build);
 void fm_octree_build_end(fm_octree_build *build);
 fm_result fm_octree_box_of(fm_mesh *mesh, const fm_octree_desc *desc, double low[3], double high[3]);
 fm_result fm_octree_given_box(const fm_octree_desc *desc, double low[3], double high[3]);
+// What a build ends with: the arrays are counted and, where the descriptor says so, shared.
+fm_result fm_octree_finish(fm_octree *octree);
+// From how many of its vectors are off by a multiple of FM_ERROR_STEP.
+void fm_octree_tell_errors(fm_octree *octree, const uint64_t bins[FM_ERROR_BINS]);
 // join.c: the words above the chunks'.
 fm_result fm_octree_join(fm_octree_build *build);
 uint32_t fm_octree_bound_word(const fm_octree_build *build, float bound);

@@ -9,6 +9,22 @@ fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address) {
     return fm_fail(FM_ERROR_UNSUPPORTED, "this build has no Vulkan");
 }
 
+bool fm_gpu_octree_builds(const fm_mesh *mesh, const fm_octree_desc *desc) {
+    (void)mesh;
+    (void)desc;
+    return false;
+}
+
+fm_result fm_gpu_octree_build(fm_mesh *mesh, const fm_octree_desc *desc, const double low[3], const double high[3],
+                              fm_octree **octree) {
+    (void)mesh;
+    (void)desc;
+    (void)low;
+    (void)high;
+    *octree = NULL;
+    return fm_fail(FM_ERROR_UNSUPPORTED, "this build has no Vulkan");
+}
+
 fm_result fm_gpu_octree_gather(fm_octree *octree, const fm_world *world, const fm_box *box, uint32_t *voxels) {
     (void)octree;
     (void)world;

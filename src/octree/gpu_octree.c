@@ -2,6 +2,7 @@
 // An octree's memory on Vulkan: a copy of its arrays, and its head, which holds their addresses there.
 
 #include "gpu/compute.h"
+#include "octree/gpu_build.h"
 #include "octree/octree.h"
 #include "world/gpu_world.h"
 
@@ -54,6 +55,18 @@ static uint64_t address_of(const struct fm_gpu_octree *own, int i) {
     return own->arrays[i] ? fm_buffer_address(own->arrays[i]) : 0;
 }
 
+static fm_result send_head(const fm_octree *octree, struct fm_gpu_octree *own) {
+    fm_octree_head head = fm_octree_host_head(octree);
+    head.words = address_of(own, WORDS);
+    head.values = address_of(own, VALUES);
+    head.attributes = octree->attributes.count > 0 ? address_of(own, ATTRIBUTES) : 0;
+    head.extra = address_of(own, EXTRA);
+    if (!own->head) {
+        FM_TRY(fm_buffer_create(octree->context->gpu, FM_PURPOSE_OCTREES, sizeof head, false, &own->head));
+    }
+    return fm_buffer_upload_at(own->head, 0, &head, sizeof head);
+}
+
 static fm_result bring(const fm_octree *octree, struct fm_gpu_octree *own, uint64_t there) {
     const fm_octree_change *known = &octree->change;
     const bool part = there != 0 && known->until == octree->version && known->since <= there;
@@ -63,15 +76,7 @@ static fm_result bring(const fm_octree *octree, struct fm_gpu_octree *own, uint6
     for (int i = 0; i < ARRAYS; i++) {
         FM_TRY(upload(octree, own, i, part ? known : NULL));
     }
-    fm_octree_head head = fm_octree_host_head(octree);
-    head.words = address_of(own, WORDS);
-    head.values = address_of(own, VALUES);
-    head.attributes = octree->attributes.count > 0 ? address_of(own, ATTRIBUTES) : 0;
-    head.extra = address_of(own, EXTRA);
-    if (!own->head) {
-        FM_TRY(fm_buffer_create(gpu, FM_PURPOSE_OCTREES, sizeof head, false, &own->head));
-    }
-    return fm_buffer_upload_at(own->head, 0, &head, sizeof head);
+    return send_head(octree, own);
 }
 
 static fm_result begin(fm_octree *octree) {
@@ -92,6 +97,19 @@ fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address) {
         octree->change = (fm_octree_change){0};
     }
     *address = fm_buffer_address(own->head);
+    return FM_OK;
+}
+
+fm_result fm_gpu_octree_adopt(fm_octree *octree, fm_buffer **arrays) {
+    FM_TRY(begin(octree));
+    struct fm_gpu_octree *own = octree->gpu;
+    for (int i = WORDS; i <= ATTRIBUTES; i++) {
+        own->room[i] = array_of(octree, i)->count * array_of(octree, i)->size;
+        own->arrays[i] = arrays[i];
+        arrays[i] = NULL;
+    }
+    FM_TRY(send_head(octree, own));
+    own->version = octree->version;
     return FM_OK;
 }
 

@@ -71,6 +71,11 @@ static inline uint32_t fm_octree_empty_word(double distance, double cutoff) {
 // gpu_octree.c (gpu_none.c): brings the arrays to the device if they have changed, or only words [begin, end) of them where an
 // update says so; the address of the head there.
 fm_result fm_gpu_octree_head(fm_octree *octree, uint64_t *address);
+// gpu_build.c (gpu_none.c): whether the device builds what a descriptor (filled) asks for, and does so. Where it fails for want of
+// its memory, or because its numbers do not suffice (FM_ERROR_UNSUPPORTED), the host may build.
+bool fm_gpu_octree_builds(const fm_mesh *mesh, const fm_octree_desc *desc);
+fm_result fm_gpu_octree_build(fm_mesh *mesh, const fm_octree_desc *desc, const double low[3], const double high[3],
+                              fm_octree **octree);
 void fm_gpu_octree_destroy(fm_octree *octree);
 // Reads a box, cut to the world, of a world of the octree's context.
 fm_result fm_gpu_octree_gather(fm_octree *octree, const fm_world *world, const fm_box *box, uint32_t *voxels);

@@ -28,17 +28,5 @@ void set_word(fm_address base, uint i, uint value) {
     ref_u32(base + uint64_t(i) * 4).v = value;
 }
 
-// The exclusive sum over the group's invocations.
-shared uint group_sums[FM_TREE_THREADS];
-
-uint group_scan(uint value) {
-    uint own = gl_LocalInvocationIndex;
-    uint sum = value;
-    for (uint step = 1; step < FM_TREE_THREADS; step *= 2) {
-        group_sums[own] = sum;
-        barrier();
-        sum += own >= step ? group_sums[own - step] : 0;
-        barrier();
-    }
-    return sum - value;
-}
+#define GROUP_SCAN_THREADS FM_TREE_THREADS
+#include "group_scan.glsl"
