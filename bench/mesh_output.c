@@ -72,9 +72,17 @@ void bench_mesh_print(FILE *stream, const bench_mesh_result *result) {
         fprintf(stream, "FAILED: %s\n", result->failure);
         return;
     }
-    fprintf(stream, "%10.4f %8.4f %10.4f %10.4f %9.4f", result->kernels.median, (result->kernels.high - result->kernels.low) / 2,
-            result->kernels.p99, result->wall.median, result->move.median);
-    fprintf(stream, " %9.4f %7.1f %8.1f ", result->floor_ms, ratio(result), device_mib(result));
+    char move[32] = "-", bound[32] = "-", over[32] = "-";
+    if (result->move.median > 0) {
+        snprintf(move, sizeof move, "%.4f", result->move.median);
+    }
+    if (result->floor_ms > 0) {
+        snprintf(bound, sizeof bound, "%.4f", result->floor_ms);
+        snprintf(over, sizeof over, "%.1f", ratio(result));
+    }
+    fprintf(stream, "%10.4f %8.4f %10.4f %10.4f %9s", result->kernels.median, (result->kernels.high - result->kernels.low) / 2,
+            result->kernels.p99, result->wall.median, move);
+    fprintf(stream, " %9s %7s %8.1f ", bound, over, device_mib(result));
     for (uint32_t p = 0; p < result->pass_count; p++) {
         fprintf(stream, " %s %.4f", result->passes[p].name, result->passes[p].time.median);
     }

@@ -188,18 +188,21 @@ static double share_error(const bench_shadow_case *what, const float *shares, co
 // A sphere's penumbra
 // ---------------------------------------------------------------------------------------------------------------------------
 
-// Where along x values first pass 1/10 and 9/10 of the light, and how far apart that is; NAN where they never do.
+// How far apart along x values pass 1/10 and 9/10 of the light; NAN where they never do, and where they pass one of them again and
+// again, so that the first place says more of the noise than of a penumbra.
 static double width_of(const double *x, const double *share, uint32_t count) {
-    double at[2] = {NAN, NAN};
+    double first[2] = {NAN, NAN}, last[2] = {NAN, NAN};
     for (int which = 0; which < 2; which++) {
         const double level = which ? 0.9 : 0.1;
-        for (uint32_t i = 0; i + 1 < count && isnan(at[which]); i++) {
+        for (uint32_t i = 0; i + 1 < count; i++) {
             if (share[i] < level && share[i + 1] >= level) {
-                at[which] = x[i] + (x[i + 1] - x[i]) * (level - share[i]) / (share[i + 1] - share[i]);
+                last[which] = x[i] + (x[i + 1] - x[i]) * (level - share[i]) / (share[i + 1] - share[i]);
+                first[which] = isnan(first[which]) ? last[which] : first[which];
             }
         }
     }
-    return at[1] - at[0];
+    const double width = 0.5 * (first[1] + last[1] - first[0] - last[0]), again = last[0] - first[0] + last[1] - first[1];
+    return again <= 0.2 * width ? width : (double)NAN;
 }
 
 static double true_ball_share(double x, double spread) {
@@ -270,7 +273,7 @@ static bool draw_frames(bench_shadow_stage *stage, const bench_shadow_way *way, 
 
 // An idle device is a slow one: it works for a moment before frames are timed.
 static bool wake(bench_shadow_stage *stage, const bench_shadow_way *way) {
-    const double end = fm_now_ms() + (fm_context_backend(stage->table.context) == FM_BACKEND_VULKAN ? 1000 : 0);
+    const double end = fm_now_ms() + (fm_context_backend(stage->table.context) == FM_BACKEND_VULKAN ? stage->what.warm_up_ms : 0);
     bool good = true;
     while (good && fm_now_ms() < end) {
         good = draw_frames(stage, way, true, 1, NULL);

@@ -36,6 +36,7 @@ typedef struct bench_shadow_case {
     uint32_t truth;     // samples a pixel of the truth
     uint32_t frames;    // timed, and those before the pictures that are compared; at most BENCH_STATS_MAX
     float light;        // half the angle of the sun, in degrees
+    double warm_up_ms;  // of each way, on a GPU
 } bench_shadow_case;
 
 typedef struct bench_shadow_result {
@@ -47,7 +48,8 @@ typedef struct bench_shadow_result {
     double picture_error, flip, ssim;           // of the picture, likewise
     double noise;                               // mean change of a pixel's share from frame to frame, things at rest
     double moving_error;                        // as share_error, in the midst of a move
-    double width_error;  // of a sphere's penumbra on a plane: measured width / true width - 1; NAN where there is none
+    double
+        width_error;  // of a sphere's penumbra on a plane: measured width / true width - 1; NAN where there is none, or noise alone
 } bench_shadow_result;
 
 // What all ways of a case share. NULL: see fm_last_error.

@@ -16,13 +16,16 @@ void bench_shadow_print(FILE *stream, const bench_shadow_result *r) {
         fprintf(stream, "%-27s failed: %s\n", r->way->name, r->failure);
         return;
     }
-    char width[32] = "none";
+    char width[32] = "-", field[32] = "-";
     if (!isnan(r->width_error)) {
         snprintf(width, sizeof width, "%+.1f%%", 100 * r->width_error);
     }
-    fprintf(stream, "%-27s %8.3f %8.3f %8.3f %8.3f %8.3f | %7.4f %7.4f %7.4f %7.4f %7.4f %7.4f %8s\n", r->way->name,
-            r->update.median, r->field.median, r->surface.median, r->light.median, r->frame.median, r->share_error,
-            r->picture_error, r->flip, r->ssim, r->noise, r->moving_error, width);
+    if (r->way->field) {
+        snprintf(field, sizeof field, "%.3f", r->field.median);
+    }
+    fprintf(stream, "%-27s %8.3f %8s %8.3f %8.3f %8.3f | %7.4f %7.4f %7.4f %7.4f %7.4f %7.4f %8s\n", r->way->name, r->update.median,
+            field, r->surface.median, r->light.median, r->frame.median, r->share_error, r->picture_error, r->flip, r->ssim,
+            r->noise, r->moving_error, width);
 }
 
 void bench_shadow_csv_header(FILE *stream) {

@@ -8,8 +8,11 @@
 #include "table.h"
 #include "words.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 typedef struct shadow_plan {
     bench_shadow_case what;
@@ -37,11 +40,22 @@ static int keep_picture(const shadow_plan *plan, const bench_shadow_stage *stage
                : cli_library_failed();
 }
 
+// On a processor a way can take minutes.
+static void say_progress(const shadow_plan *plan, const char *way) {
+    if (!plan->quiet && isatty(STDERR_FILENO)) {
+        fprintf(stderr, "\r\033[K%s%s", way ? "measuring: " : "", way ? way : "");
+        fflush(stderr);
+    }
+}
+
 static int measure_all(const shadow_plan *plan, bench_shadow_stage *stage, const char *device, table *csv, bool *measured) {
     int status = CLI_DONE;
     for (uint32_t i = 0; bench_shadow_way_at(i); i++) {
         bench_shadow_result result;
-        if (!bench_shadow_measure(stage, bench_shadow_way_at(i), &result)) {
+        say_progress(plan, bench_shadow_way_at(i)->name);
+        const bool good = bench_shadow_measure(stage, bench_shadow_way_at(i), &result);
+        say_progress(plan, NULL);
+        if (!good) {
             status = cli_fail("bench shadows: %s: %s", result.way->name, result.failure);
         } else if (plan->pictures && keep_picture(plan, stage, result.way) != CLI_DONE) {
             return CLI_FAILED;
@@ -83,8 +97,20 @@ static int measure(const shadow_plan *plan, table *csv, bool *measured) {
     return status;
 }
 
+// Before anything is measured, for that takes long.
+static int make_folder(const char *folder) {
+    struct stat status;
+    (void)mkdir(folder, 0777);
+    if (stat(folder, &status) == 0 && !S_ISDIR(status.st_mode)) {
+        return cli_fail("%s: it is no directory: name one for the pictures", folder);
+    }
+    return access(folder, W_OK | X_OK) == 0 ? CLI_DONE
+                                            : cli_fail("%s: %s: name a directory that can be written", folder, strerror(errno));
+}
+
 static int run(const shadow_plan *plan) {
     int status = tables_check((const char *const[]){plan->csv}, 1);
+    status = status == CLI_DONE && plan->pictures ? make_folder(plan->pictures) : status;
     if (status != CLI_DONE) {
         return status;
     }
@@ -101,8 +127,8 @@ static int run(const shadow_plan *plan) {
 }
 
 typedef struct shadow_args {
-    struct arg_str *picture, *edge, *triangles, *rays, *map_edge, *truth, *frames, *light, *backend, *device, *threads, *csv,
-        *pictures;
+    struct arg_str *picture, *edge, *triangles, *rays, *map_edge, *truth, *frames, *warm_up, *light, *backend, *device, *threads,
+        *csv, *pictures;
     struct arg_lit *quiet;
 } shadow_args;
 
@@ -114,19 +140,21 @@ static void add_options(cli_args *args, shadow_args *a) {
     a->map_edge = cli_add(args, arg_str0(NULL, "map-edge", "N", "texels along each of four cascades; default 1024"));
     a->truth = cli_add(args, arg_str0(NULL, "truth", "N", "rays a pixel of the truth; default 1024"));
     a->frames = cli_add(args, arg_str0(NULL, "frames", "N", "timed, and before each comparison; default 32"));
+    a->warm_up = cli_add(args, arg_str0(NULL, "warm-up", "S", "of each way, on a GPU; default 1"));
     a->light = cli_add(args, arg_str0(NULL, "light", "DEGREES", "half the angle of the sun; default 3"));
     a->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
     a->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
     a->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
     a->csv = cli_add(args, arg_str0(NULL, "csv", "FILE", "write a row for each way, when all are measured"));
-    a->pictures = cli_add(args, arg_str0(NULL, "pictures", "FOLDER", "keep each way's last picture there, as a PNG"));
+    a->pictures = cli_add(
+        args, arg_str0(NULL, "pictures", "FOLDER", "keep each way's last picture there, as a PNG; made where it is missing"));
     a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors"));
 }
 
 static bool read_plan(const shadow_args *a, shadow_plan *p) {
     *p = (shadow_plan){.csv = cli_given(a->csv, NULL), .pictures = cli_given(a->pictures, NULL), .quiet = a->quiet->count > 0};
     fm_shape picture;
-    double light = 0;
+    double light = 0, warm_up = 0;
     int backend = 0;
     if (!cli_picture("--picture", cli_given(a->picture, "1920x1080"), &picture) ||
         !cli_uint32("--edge", cli_given(a->edge, "256"), 8, &p->what.edge) ||
@@ -135,6 +163,7 @@ static bool read_plan(const shadow_args *a, shadow_plan *p) {
         !cli_uint32("--map-edge", cli_given(a->map_edge, "1024"), 16, &p->what.map_edge) ||
         !cli_uint32("--truth", cli_given(a->truth, "1024"), 1, &p->what.truth) ||
         !cli_uint32("--frames", cli_given(a->frames, "32"), 1, &p->what.frames) ||
+        !cli_double("--warm-up", cli_given(a->warm_up, "1"), &warm_up) ||
         !cli_double("--light", cli_given(a->light, "3"), &light) ||
         !cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend) ||
         (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &p->session.threads))) {
@@ -150,6 +179,7 @@ static bool read_plan(const shadow_args *a, shadow_plan *p) {
     p->what.width = picture.x;
     p->what.height = picture.y;
     p->what.light = (float)light;
+    p->what.warm_up_ms = 1e3 * warm_up;
     p->session.backend = (fm_backend)backend;
     p->session.device = cli_given(a->device, NULL);
     return true;
@@ -161,7 +191,7 @@ int command_bench_shadows(int argc, char **argv) {
         "Shadows a scene in which things move in each way that Fathom knows, and says what a frame costs and how far the light's\n"
         "share at each pixel (0 to 1), the picture, and the width of a sphere's penumbra are from distributed ray tracing.",
         "fathom bench shadows\n"
-        "fathom bench shadows --edge 512 --light 5 --csv shadows.csv --pictures .\n"
+        "fathom bench shadows --edge 512 --light 5 --csv shadows.csv --pictures shadows\n"
         "fathom bench shadows --picture 160x100 --edge 48 --triangles 2000 --truth 64 --frames 4 --backend cpu\n"};
     cli_args args = {0};
     shadow_args options;

@@ -66,6 +66,12 @@ grep -q '^| lighting | M | 8 / 16 | 3.17, ours [0-9]' "$work/t/tables.md" || bad
 grep -q '^| total | 10.22 | [0-9]' "$work/t/tables.md" || bad "the frame has no sum"
 grep -q '^4 cones ' "$work/t/tables.md" || bad "the ways of shadows are missing"
 grep -q 'Small fields only' "$work/t/tables.md" || bad "it does not say that fields were small"
+# Paths are the caller's; a mesh that cannot be read stops it before anything is measured or written.
+tree=$(dirname "$fathom")
+script=$(cd "$(dirname "$script")" && pwd)/reproduce-rtsdf
+(cd "$work" && "$script" "$tree" --quick --out u --mesh none.ply) >"$work/.out" 2>"$work/.err" && bad "a mesh that is not there was measured"
+grep -q 'none.ply' "$work/.err" || bad "it does not name the mesh: $(cat "$work/.err")"
+[ ! -e "$work/u" ] || bad "it wrote for a mesh that is not there"
 "$script" "$work/nothing" >"$work/.out" 2>"$work/.err" && bad "a tree that is not there was measured"
 rm -rf "$work/t"
 holds m.csv m.json s.json

@@ -6,7 +6,7 @@
 backend=${2:-cpu}
 
 ends 0 bench shadows --backend "$backend" --picture 64x40 --edge 48 --triangles 400 --map-edge 64 --truth 16 --frames 2 --csv "$work/s.csv" \
-    --pictures "$work"
+    --pictures "$work/kept"
 # error WAY: of the light's share.
 error() {
     awk -F, -v way="\"$1\"" 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == "share_rmse") column = i }
@@ -22,8 +22,14 @@ less() {
 less "$(error truth)" 0.15 "the truth against itself"
 less "$(error cone)" "$(error RTSDF)" "the cone against RTSDF"
 less "$(error "4 cones")" "$(error RTSDF)" "4 cones against RTSDF"
-[ -s "$work/truth.png" ] && [ -s "$work/4_cones.png" ] || bad "no pictures"
+[ -s "$work/kept/truth.png" ] && [ -s "$work/kept/4_cones.png" ] || bad "no pictures"
 
+# A folder that cannot be is said before anything is measured.
+: >"$work/file"
+ends 1 bench shadows --pictures file --csv never.csv
+says 'directory'
+ends 1 bench shadows --pictures nowhere/deep
+[ ! -e "$work/never.csv" ] || bad "there is a table of nothing"
 ends 2 bench shadows --light 60
 says '--light'
 ends 2 bench shadows --picture 0x5
