@@ -184,6 +184,22 @@ static scene_mesh make_soup(void) {
     return soup;
 }
 
+// Thin triangles with a short edge at right angles to the long one, or beside it. Around y = 0, where floats tell the smallest.
+static scene_mesh make_needles(void) {
+    const float centre[3] = {0, 0, 0};
+    scene_mesh needles = scene_mesh_soup(36, 3, centre, 2, 0.5f);
+    for (uint64_t i = 0; i < needles.triangle_count; i++) {
+        const uint32_t *corners = needles.triangles[i];
+        float *a = needles.vertices[corners[0]], *b = needles.vertices[corners[1]], *c = needles.vertices[corners[2]];
+        const float short_edge = powf(10, -2 - (float)(i % 12));
+        a[1] = b[1] = 0;
+        c[0] = i % 2 ? a[0] : nextafterf(b[0], 2);
+        c[1] = i % 3 ? -short_edge : short_edge;
+        c[2] = i % 2 ? a[2] : b[2];
+    }
+    return needles;
+}
+
 static void run_shapes(void) {
     static const float centre[3] = {0.01f, -0.02f, 0.03f};
     static const double low[3] = {-1.3, -1.2, -1.25}, high[3] = {1.2, 1.3, 1.25}, flat[3] = {1.2, 1.3, 0.4};
@@ -195,6 +211,7 @@ static void run_shapes(void) {
     scene_mesh tubes = scene_mesh_tubes(12, centre, 2);
     scene_mesh nested = join(scene_mesh_sphere(8, 12, centre, 1.1f), scene_mesh_sphere(7, 9, centre, 0.5f));
     scene_mesh soup = make_soup();
+    scene_mesh needles = make_needles();
     const field_case cases[] = {
         {"sphere", &sphere, grid_of(23, 24, 25, low, high), FM_SIGN_AUTO, FM_SIGN_PSEUDONORMAL},
         {"sphere by winding", &sphere, grid_of(23, 24, 25, low, high), FM_SIGN_WINDING, FM_SIGN_WINDING},
@@ -212,6 +229,7 @@ static void run_shapes(void) {
         {"tubes through each other", &tubes, grid_of(23, 24, 25, low, high), FM_SIGN_AUTO, FM_SIGN_WINDING},
         {"one sphere in another", &nested, grid_of(23, 24, 25, low, high), FM_SIGN_AUTO, FM_SIGN_WINDING},
         {"soup", &soup, grid_of(19, 20, 21, low, high), FM_SIGN_AUTO, FM_SIGN_WINDING},
+        {"needles", &needles, grid_of(19, 20, 21, low, high), FM_SIGN_NONE, FM_SIGN_NONE},
         {"sphere far below the grid", &sphere, grid_of(9, 9, 9, (double[3]){20, 20, 20}, (double[3]){21, 21, 21}), FM_SIGN_AUTO,
          FM_SIGN_PSEUDONORMAL},
         {"within a sphere", &sphere, grid_of(9, 9, 9, (double[3]){-.05, -.05, -.05}, (double[3]){.05, .05, .05}), FM_SIGN_AUTO,
@@ -227,6 +245,7 @@ static void run_shapes(void) {
     scene_mesh_free(&tubes);
     scene_mesh_free(&nested);
     scene_mesh_free(&soup);
+    scene_mesh_free(&needles);
 }
 
 // A grid that lies far from the origin, where texels are still whole floats.

@@ -301,6 +301,7 @@ typedef struct fm_volume fm_volume;
 // much there is; FM_ERROR_DEVICE_LOST; FM_ERROR_INTERNAL when the driver fails.
 FM_API fm_result fm_volume_create(fm_context *context, const fm_volume_desc *desc, fm_volume **volume);
 
+// Waits for work in flight that may use it. NULL is ignored.
 FM_API void fm_volume_destroy(fm_volume *volume);
 
 // What the volume was made with; storage is HOST or DEVICE, never DEFAULT.

@@ -89,8 +89,9 @@ typedef struct fm_sdf_info {
 // complete at `ticket` (NULL: waits). Passes: "tree", "normals" or "moments" where they are made anew; then "sign" for winding
 // numbers, "near", "nearest", "flood" but for FM_FAR_BAND, "fill" or for FM_FAR_EXACT "far"; or, for winding numbers of meshes that
 // are not closed, "blocks", "nearest". Errors: as fm_mesh_voxelize, FM_ERROR_INVALID_ARGUMENT for a band below 0 or not finite, and
-// on the CPU backend FM_ERROR_UNSUPPORTED for more than 2^26 texels along an axis. On the CPU backend winding numbers decide as if
-// summed exactly where the mesh's boundary has at most 4,096 edges.
+// FM_ERROR_UNSUPPORTED for more than 2^26 texels along an axis on the CPU backend, or 65,535 along x or y on Vulkan. On the CPU
+// backend winding numbers decide as if summed exactly where the mesh's boundary has at most 4,096 edges; on Vulkan those of soups
+// can be off within some units in the last place of the largest coordinate, and lengths below 1e-18 are not told apart.
 FM_API fm_result fm_mesh_sdf(fm_mesh *mesh, const fm_sdf_desc *desc, fm_volume *distance, fm_volume *triangles, fm_sdf_info *info,
                              fm_ticket *ticket);
 

@@ -23,11 +23,12 @@ typedef struct fm_sphere {
 
 // A triangle in a frame of its own: the origin is its point nearest to the middle of the cube it was prepared for, so that nothing
 // large cancels near it; n is its normal, u and v span its plane. In (u, v) an edge runs along its direction from `start` to `end`,
-// with the origin `aside` to its right.
+// with the origin `aside` to its right. The foot of what is inside lies on the longest edge.
 typedef struct fm_prepared {
     float origin[3], u[3], v[3], n[3];
     float direction[3][2], start[3], end[3], aside[3];
     uint32_t triangle;
+    int32_t longest;  // edge
 } fm_prepared;
 
 enum {

@@ -232,10 +232,13 @@ static void prepare(const fm_descent *job, uint32_t triangle, const double middl
         }
         at[i][0] = dot(offset, u);
         at[i][1] = flat ? 0 : dot(offset, v);
-        const double inverse = length[i] > 0 ? 1 / length[i] : 0;
+        const double ahead = dot(e[i], u);
         // Edges without length run against the longest, so that nothing is to the left of all three.
-        direction[i][0] = length[i] > 0 ? dot(e[i], u) * inverse : i == longest ? 1 : -1;
-        direction[i][1] = flat ? 0 : dot(e[i], v) * inverse;
+        const double forward = i == longest || ahead > 0 ? 1 : -1;
+        length[i] = flat ? fabs(ahead) : length[i];
+        const bool line = flat || !(length[i] > 0);
+        direction[i][0] = line ? forward : ahead / length[i];
+        direction[i][1] = line ? 0 : dot(e[i], v) / length[i];
     }
     double x = -dot(corners[longest], u), y = -dot(corners[longest], v);
     nearest_in_plane((const double(*)[2])at, (const double(*)[2])direction, length, flat, &x, &y);
@@ -255,6 +258,7 @@ static void prepare(const fm_descent *job, uint32_t triangle, const double middl
         result->aside[i] = (float)(direction[i][0] * dy - direction[i][1] * dx);
     }
     result->triangle = triangle;
+    result->longest = longest;
 }
 
 // A point in the triangle's frame.
@@ -275,15 +279,21 @@ LANE_OP void beside_edge(const fm_prepared *t, int i, const framed *p, lanes *ov
     *aside = p->y * t->direction[i][0] - p->x * t->direction[i][1] - t->aside[i];
 }
 
+// Above 0 for all three edges of what is inside. Beyond the tip of a needle, whose long edges are one but for rounding, `aside`
+// alone does not tell.
+LANE_OP lanes within_edge(const fm_prepared *t, int i, lanes over, lanes aside) {
+    return i == t->longest ? aside - lanes_abs(over) * 1e30f : aside;
+}
+
 LANE_OP lanes distance2_to(const fm_prepared *t, const lanes at[3]) {
     const framed p = frame_point(t, at);
     lanes over, aside;
     beside_edge(t, 0, &p, &over, &aside);
-    lanes planar = over * over + aside * aside, inside = aside;
+    lanes planar = over * over + aside * aside, inside = within_edge(t, 0, over, aside);
     for (int i = 1; i < 3; i++) {
         beside_edge(t, i, &p, &over, &aside);
         planar = lanes_min(planar, over * over + aside * aside);
-        inside = lanes_min(inside, aside);
+        inside = lanes_min(inside, within_edge(t, i, over, aside));
     }
     return lanes_select(inside > 0, planar, lanes_all(0)) + p.z * p.z;
 }
@@ -298,7 +308,7 @@ LANE_OP seen see(const fm_prepared *t, const lanes at[3]) {
         const lanes distance2 = over * over + aside * aside;
         const lane_mask nearer = distance2 < planar;
         planar = lanes_min(planar, distance2);
-        inside = lanes_min(inside, aside);
+        inside = lanes_min(inside, within_edge(t, i, over, aside));
         x = lanes_select(nearer, x, over * t->direction[i][0] - aside * t->direction[i][1]);
         y = lanes_select(nearer, y, over * t->direction[i][1] + aside * t->direction[i][0]);
     }
@@ -329,7 +339,7 @@ static bool is_inside(const fm_descent *job, const fm_prepared *t, const float a
         const float over = along - fminf(fmaxf(along, t->start[i]), t->end[i]);
         const float aside = p[1] * t->direction[i][0] - p[0] * t->direction[i][1] - t->aside[i];
         const float distance2 = over * over + aside * aside;
-        face = face && aside > 0;
+        face = face && aside > 0 && (i != t->longest || over == 0);
         if (distance2 < best) {
             best = distance2;
             x = over * t->direction[i][0] - aside * t->direction[i][1];

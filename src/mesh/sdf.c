@@ -126,6 +126,10 @@ fm_result fm_mesh_sdf(fm_mesh *mesh, const fm_sdf_desc *desc, fm_volume *distanc
     }
     plan.band = desc->far_texels == FM_FAR_EXACT ? INFINITY : (float)((desc->band > 0 ? (double)desc->band : 3) * widest);
     if (mesh->context->gpu) {
+        if (grid->shape.x > UINT16_MAX || grid->shape.y > UINT16_MAX) {
+            return fm_fail(FM_ERROR_UNSUPPORTED, "distance has %u x %u x %u texels: at most %d along x and y on Vulkan",
+                           grid->shape.x, grid->shape.y, grid->shape.z, UINT16_MAX);
+        }
         FM_TRY(fm_gpu_mesh_sdf(mesh, &plan, distance, triangles, ticket));
     } else {
         FM_TRY(fm_host_sdf(mesh, &plan, distance, triangles));

@@ -137,7 +137,11 @@ void fm_volume_destroy(fm_volume *volume) {
     if (!volume) {
         return;
     }
-    fm_buffer_destroy(volume->buffer);
+    if (volume->buffer) {
+        // A device that is lost has nothing in flight.
+        (void)fm_gpu_wait(volume->context->gpu, fm_gpu_newest(volume->context->gpu));
+        fm_buffer_destroy(volume->buffer);
+    }
     if (volume->data) {
         fm_free(&volume->allocator, volume->data, volume->bytes);
         if (volume->context) {

@@ -92,7 +92,7 @@ void gather_try(fm_address records, uint from, uint found, gather_place place, i
         next = away2 < least2 ? i : next;
         least2 = min(least2, away2);
     }
-    float near = min(gather_near(best, place), sqrt(least2) * GATHER_WIDER + place.slack);
+    float near = min(gather_near(best, place), sqrt(least2) * GATHER_WIDER + 1e-6 * gather_spheres[from + next].w + place.slack);
     uint low = 0, high = 0;
     for (uint i = 0; i < min(found, 32u); i++) {
         low |= ball_within(from + i, place.p, near) ? 1u << i : 0;
