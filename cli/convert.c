@@ -38,7 +38,7 @@ int command_convert(int argc, char **argv) {
     struct arg_str *out = cli_add(&args, arg_str1(NULL, NULL, "OUT", "the copy; - writes .npy to standard output"));
     files_input_add(&args, &input);
     struct arg_str *format =
-        cli_add(&args, arg_str0(NULL, "format", "FORMAT", "write npy, raw, nrrd, nifti or vox; default by name"));
+        cli_add(&args, arg_str0(NULL, "format", "FORMAT", "write npy, raw, nrrd, nifti, vox or nanovdb; default by name"));
     struct arg_lit *compress = cli_add(&args, arg_lit0(NULL, "compress", "gzip; a name that ends in .gz asks for it too"));
     struct arg_lit *quiet = cli_add(&args, arg_lit0("q", "quiet", "print nothing but errors"));
     int status;
