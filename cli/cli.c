@@ -102,12 +102,18 @@ static int first_error(struct arg_end *end, const char *command) {
         text[strcspn(text, "\n")] = '\0';
     }
     // It calls every missing thing an option.
-    static const char missing[] = "missing option ";
-    char *found = text ? strstr(text, missing) : NULL;
-    int status = found && found[strlen(missing)] != '-'
-                     ? cli_usage("%.*smissing argument %s: see fathom %s --help", (int)(found - text), text,
-                                 found + strlen(missing), command)
-                     : cli_usage("%s: see fathom %s --help", text && *text ? text : command, command);
+    static const char missing[] = "missing option ", excess[] = "excess option ";
+    char *lacking = text ? strstr(text, missing) : NULL, *twice = text ? strstr(text, excess) : NULL;
+    int status;
+    if (lacking && lacking[strlen(missing)] != '-') {
+        status = cli_usage("%.*smissing argument %s: see fathom %s --help", (int)(lacking - text), text, lacking + strlen(missing),
+                           command);
+    } else if (twice && twice[strlen(excess)] == '-') {
+        status =
+            cli_usage("%.*s%s is given twice: see fathom %s --help", (int)(twice - text), text, twice + strlen(excess), command);
+    } else {
+        status = cli_usage("%s: see fathom %s --help", text && *text ? text : command, command);
+    }
     free(text);
     return status;
 }
@@ -241,7 +247,9 @@ const char *const cli_format_words[] = {
 
 bool cli_format(const char *option, const char *text, fm_format *format) {
     int place = 0;
-    bool good = cli_word(option, text, cli_format_words, &place);
+    // As its files are named.
+    const bool alias = strcasecmp(text, "nvdb") == 0;
+    bool good = cli_word(option, alias ? "nanovdb" : text, cli_format_words, &place);
     *format = (fm_format)place;
     return good;
 }

@@ -3,6 +3,8 @@
 
 #include "progress.h"
 
+#include "fathom/mesh_io.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -68,6 +70,9 @@ int files_read(const char *path, const fm_read_desc *desc, bool quiet, fm_volume
     told.progress_user = &bar;
     fm_result result = fm_file_read(NULL, path, &told, volume, info);
     progress_end(&bar);
+    if (result != FM_OK && desc->format == FM_FORMAT_AUTO && fm_mesh_format_of(path) != FM_MESH_FORMAT_AUTO) {
+        return cli_fail("%s: it is a mesh, not a volume: make one of it with fathom sdf or fathom voxelize", path);
+    }
     return result == FM_OK ? CLI_DONE : cli_library_failed();
 }
 

@@ -70,6 +70,15 @@ ends 2 sdf a.obj b.npy --input-format vox
 says 'ply, obj'
 ends 2 voxelize a.obj b.npy --up x
 
+ends 0 sdf a.obj alias --format nvdb --size 20 --backend cpu
+cmp -s "$work/alias" "$work/a.nvdb" || bad "nvdb is not nanovdb"
+ends 2 sdf a.obj b.npy --size 3 --size 4
+says '--size=4 is given twice'
+for command in "slice a.obj b.png" "convert a.obj b.npy" "transform a.obj b.npy"; do
+    # shellcheck disable=SC2086
+    ends 1 $command
+    says 'fathom sdf or fathom voxelize'
+done
 ends 2 sdf a.obj b.npy --size 0
 says '--size'
 ends 2 sdf a.obj b.npy --size 17000
