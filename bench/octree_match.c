@@ -36,8 +36,18 @@ static bool try_size(const search *s, uint32_t size, bench_octree_result *result
     return good;
 }
 
-// Memory and time grow with the size, errors fall. Where the ends of an interval are known its middle is tried next, and before
-// that the size is guessed from how memory, a surface's, grows with its square.
+// Of memory the nearest is taken, of time the largest size that takes no longer, of errors the smallest that is no worse; the
+// nearest where there is none.
+static bool better(bench_octree_match match, double ratio, uint32_t size, double best_ratio, uint32_t best) {
+    const bool fits = ratio <= 1 + near_enough, best_fits = best_ratio <= 1 + near_enough;
+    if (best == 0 || match == BENCH_MATCH_MEMORY || (!fits && !best_fits)) {
+        return best == 0 || fabs(log(ratio)) < fabs(log(best_ratio));
+    }
+    return fits != best_fits ? fits : match == BENCH_MATCH_TIME ? size > best : size < best;
+}
+
+// Memory and time grow with the size, errors fall. Where the ends of an interval are known its middle is tried next; before that
+// the size is guessed, of memory from how it grows with the size's square.
 bool bench_octree_matched(bench_session *session, bench_octree_model *model, const bench_octree_way *way, bench_octree_match match,
                           const bench_octree_result *to, const bench_octree_plan *plan, uint32_t most, bench_octree_result *result,
                           uint32_t *size) {
@@ -45,33 +55,32 @@ bool bench_octree_matched(bench_session *session, bench_octree_model *model, con
     const double wanted = measure_of(to, match);
     const bool falls = match == BENCH_MATCH_SURFACE || match == BENCH_MATCH_IMAGE;
     uint32_t low = LEAST_SIZE, high = most, at = (uint32_t)fmin(fmax(to->size, low), high), best = 0;
-    double best_off = INFINITY;
+    double best_ratio = 0;
     for (int i = 0; i < MOST_TRIES && low <= high; i++) {
         bench_octree_result tried = *result;
         if (!try_size(&s, at, &tried)) {
             *result = tried;
             return false;
         }
-        const double ratio = measure_of(&tried, match) / wanted, off = fabs(log(ratio));
-        if (off < best_off) {
-            best_off = off;
+        const double ratio = measure_of(&tried, match) / wanted;
+        if (better(match, ratio, at, best_ratio, best)) {
+            best_ratio = ratio;
             best = at;
         }
-        if (off < near_enough) {
+        if (fabs(log(ratio)) < near_enough) {
             break;
         }
-        if ((ratio > 1) != falls) {
-            high = at - 1;
-        } else {
-            low = at + 1;
-        }
-        const double guess = match == BENCH_MATCH_MEMORY ? at / sqrt(ratio) : at * (ratio > 1 ? 2.0 : 0.5);
-        const bool open = falls ? high == most : low == LEAST_SIZE;
-        at = match == BENCH_MATCH_MEMORY || open ? (uint32_t)fmin(fmax(guess, low), high) : (uint32_t)sqrt((double)low * high);
+        const bool grow = (ratio > 1) == falls, open = grow ? high == most : low == LEAST_SIZE;
+        low = grow ? at + 1 : low;
+        high = grow ? high : at - 1;
+        const double guess = match == BENCH_MATCH_MEMORY ? at / sqrt(ratio)
+                             : open                      ? at * (grow ? 2.0 : 0.5)
+                                                         : sqrt((double)low * high);
+        at = (uint32_t)fmin(fmax(guess, low), high);
     }
     *size = best;
     result->match = bench_octree_match_words[match];
-    snprintf(result->note, sizeof result->note, "%s %.4g of what is wanted%s", bench_octree_match_words[match], exp(best_off),
+    snprintf(result->note, sizeof result->note, "%s %.4g of what is wanted%s", bench_octree_match_words[match], best_ratio,
              best == most ? "; the largest size tried" : "");
     return true;
 }

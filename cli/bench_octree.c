@@ -360,7 +360,7 @@ static bool take_radius(const char *option, const char *word, void *user) {
 
 typedef struct octree_args {
     struct arg_str *mode, *model, *triangles, *way, *size, *view, *match, *most, *picture, *method, *code, *threshold, *band,
-        *radius, *edits, *frames, *seconds, *warm_up, *check, *backend, *device, *threads, *csv, *json, *pictures, *strip;
+        *radius, *edits, *frames, *seconds, *warm_up, *check, *backend, *device, *threads, *copy, *csv, *json, *pictures, *strip;
     struct arg_lit *share, *upright, *quiet;
 } octree_args;
 
@@ -401,6 +401,7 @@ static void add_options(cli_args *args, octree_args *a) {
     a->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
     a->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
     a->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
+    a->copy = cli_add(args, arg_str0(NULL, "copy", "GB/S", "how fast the device copies, where that is known; else it is measured"));
     a->csv = cli_add(args, arg_str0(NULL, "csv", "FILE", "write a row each, when all are measured"));
     a->json = cli_add(args, arg_str0(NULL, "json", "FILE", "write everything as JSON"));
     a->pictures = cli_add(args, arg_str0(NULL, "pictures", "FOLDER", "keep what rays see"));
@@ -411,7 +412,7 @@ static void add_options(cli_args *args, octree_args *a) {
 }
 
 static bool read_numbers(const octree_args *a, octree_plan *p) {
-    double warm_up = 0, threshold = 0, band = 0;
+    double warm_up = 0, threshold = 0, band = 0, copy = 0;
     int backend = 0, method = 0, code = 0;
     fm_shape picture;
     if (!cli_uint32("--triangles", cli_given(a->triangles, "200000"), 12, &p->triangles) ||
@@ -422,7 +423,7 @@ static bool read_numbers(const octree_args *a, octree_plan *p) {
         !cli_double("--seconds", cli_given(a->seconds, "2"), &p->bench.seconds) ||
         !cli_double("--warm-up", cli_given(a->warm_up, "1"), &warm_up) ||
         !cli_double("--threshold", cli_given(a->threshold, "0"), &threshold) ||
-        !cli_double("--band", cli_given(a->band, "0"), &band) ||
+        !cli_double("--band", cli_given(a->band, "0"), &band) || !cli_double("--copy", cli_given(a->copy, "0"), &copy) ||
         !cli_picture("--picture", cli_given(a->picture, "480x300"), &picture) ||
         !cli_word("--method", cli_given(a->method, "exact"), method_words, &method) ||
         !cli_word("--code", cli_given(a->code, "spherical"), code_words, &code) ||
@@ -441,6 +442,7 @@ static bool read_numbers(const octree_args *a, octree_plan *p) {
     p->bench.code = (fm_octree_code)code;
     p->bench.threshold = (float)threshold;
     p->bench.band = (float)band;
+    p->session.bandwidth = copy * 1e9;
     p->session.backend = (fm_backend)backend;
     p->session.device = cli_given(a->device, NULL);
     return true;

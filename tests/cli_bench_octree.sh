@@ -6,7 +6,7 @@
 . "$(dirname "$0")/cli_common.sh"
 root=$(cd "$(dirname "$0")/.." && pwd)
 
-small="--triangles 2000 --picture 60x40 --frames 2 --seconds 0.01 --warm-up 0 --check 300 --backend cpu"
+small="--triangles 2000 --picture 60x40 --frames 2 --seconds 0.01 --warm-up 0 --check 300 --backend cpu --copy 10"
 # field CSV WAY NAME: a column of the first row of a way.
 field() {
     awk -F, -v way="$2" -v name="$3" 'NR == 1 { for (i = 1; i <= NF; i++) at[$i] = i; next }
@@ -66,7 +66,7 @@ assert all(r["wrong"] <= 0.02 * r["samples"] and r["primary"]["median_ms"] > 0 f
 assert all(r["bytes"] == r["node_bytes"] + r["leaf_bytes"] + r["attribute_bytes"] for r in d if r["way"] != "field")
 ' "$work/p.json" || bad "p.json is not as expected"
 fi
-"$root/script/reproduce-vcp" "$(dirname "$fathom")" --quick --size 16 --data "$work/nothing" --out "$work/t" >"$work/.out" 2>"$work/.err" ||
+"$root/script/reproduce-vcp" "$(dirname "$fathom")" --quick --size 16 --picture 48x30 --data "$work/nothing" --out "$work/t" >"$work/.out" 2>"$work/.err" ||
     bad "it failed: $(tail -n 3 "$work/.err")"
 grep -q '^| Thai statue, published (10 M triangles) | 2048, 1075 MiB | 2048, 1075 MiB | 4096, 1096 MiB | 2048, 860 MiB |' "$work/t/tables.md" ||
     bad "the published memory is missing"
