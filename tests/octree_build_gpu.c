@@ -121,9 +121,11 @@ static void compare(fm_octree *own, fm_octree *other) {
     compare_counts(&own->info, &other->info);
     CHECK((t.leaves - t.alike) * 200 <= t.leaves);
     CHECK(t.worse * 200 <= t.values && t.values > 0);
-    printf("%llu of %llu leaves alike, %llu of %llu values worse, bounds less by %.2f cells, %llu and %llu bytes",
-           (unsigned long long)t.alike, (unsigned long long)t.leaves, (unsigned long long)t.worse, (unsigned long long)t.values,
-           t.bounds, (unsigned long long)(own->info.node_bytes + own->info.leaf_bytes),
+    printf("%llu of the greatest level, %llu of %llu leaves alike, %llu of %llu values worse, bounds less by %.2f cells, %llu and "
+           "%llu bytes",
+           (unsigned long long)own->info.leaves[4], (unsigned long long)t.alike, (unsigned long long)t.leaves,
+           (unsigned long long)t.worse, (unsigned long long)t.values, t.bounds,
+           (unsigned long long)(own->info.node_bytes + own->info.leaf_bytes),
            (unsigned long long)(other->info.node_bytes + other->info.leaf_bytes));
     compare_hits(own, other);
     printf("\n");
@@ -183,6 +185,7 @@ int main(int count, char **arguments) {
                                   .low = {-1.1357f, -0.7131f, -0.3419f},
                                   .high = {1.0917f, 0.87f, 0.59f},
                                   .code = FM_OCTREE_OCTAHEDRAL,
+                                  .top_bytes = 1024,
                                   .band = 1});
     check_scene(
         device, host, "tubes", &tubes,
