@@ -228,7 +228,11 @@ fm_result fm_gpu_near_record(fm_sdf_job *j, fm_slot *slot) {
     FM_TRY(dispatch(j, slot, FM_KERNEL_MESH_NEAR_LIST, fm_div_up(bit_bytes / 4, THREADS)));
     fm_commands_pass(j->gpu, slot, "near", mesh_bytes + 2 * bit_bytes);
     const bool exact = j->plan->far_texels == FM_FAR_EXACT;
-    FM_TRY(dispatch(j, slot, exact ? FM_KERNEL_MESH_NEAR_ALL : FM_KERNEL_MESH_NEAR_TEXELS, 0));
+    FM_TRY(dispatch(j, slot,
+                    exact           ? FM_KERNEL_MESH_NEAR_ALL
+                    : is_flooded(j) ? FM_KERNEL_MESH_NEAR_FLOODED
+                                    : FM_KERNEL_MESH_NEAR_TEXELS,
+                    0));
     fm_commands_pass(j->gpu, slot, "nearest", 0);
     FM_TRY(record_summary(j, slot, &l));
     if (is_flooded(j)) {

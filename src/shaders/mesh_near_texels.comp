@@ -12,15 +12,17 @@
 // The texels of near blocks: exact distances with their sign. A group owns a block, an invocation a texel; they look for triangles
 // together. Writes 4 bytes a texel, and 4 for its triangle; reads 4 bytes a block, what the walk visits and what signs take.
 //
-// A texel that finds nothing within a step to the next one is on the side of the texel beside it, for no surface is between the
-// two: only those nearer look for their side, or where there are none one for all. A block where no texel finds anything within its
-// reach is near no more. Where distances are flooded, texels beyond the band take the distance of the triangle that the texel
-// nearest to them in the block found; where all are exact, the walk has no bound, and is another one.
+// A texel that finds nothing within its reach, which is at least a step to the next one, is on the side of the texel beside it, for
+// no surface is between the two. A block where none finds anything is near no more. Where distances are flooded (FLOODED), texels
+// beyond the band take the distance of the triangle that the texel nearest to them in the block found; where all are exact
+// (UNBOUNDED), the walk has no bound, and is another one.
 
 layout(local_size_x = 64) in;
 
+#ifdef FLOODED
 shared uint triangles[64];  // that the texels found
-shared uint masks[6];  // of the 64 texels, two words each: those that found something, that look for their side, that are inside
+#endif
+shared uint masks[4];  // of the 64 texels: those that found something, two words, and those of them that are inside
 
 uint64_t mask_of(uint i) {
     return uint64_t(masks[i]) | uint64_t(masks[i + 1]) << 32;
@@ -55,6 +57,7 @@ void set_mask(uint i) {
     atomicOr(masks[i + gl_LocalInvocationIndex / 32], 1u << (gl_LocalInvocationIndex & 31u));
 }
 
+#ifdef FLOODED
 // Which of the texels in a mask is nearest to this one.
 uint nearest_of(uint64_t texels) {
     uvec2 bits = uvec2(texels, texels >> 32);
@@ -71,7 +74,9 @@ uint nearest_of(uint64_t texels) {
     }
     return nearest;
 }
+#endif
 
+#if defined FLOODED || defined UNBOUNDED
 // The triangle nearest to the block's middle texel floods, or where that found none the one of another texel.
 void choose(uvec3 grid, uvec3 block, uint64_t known, vec3 p, inout mesh_nearest n) {
     const uint MIDDLE = 42;
@@ -80,12 +85,15 @@ void choose(uvec3 grid, uvec3 block, uint64_t known, vec3 p, inout mesh_nearest 
     if (gl_LocalInvocationIndex == ((known >> MIDDLE & 1) != 0 ? MIDDLE : first)) {
         near_store_cell(grid, block, near_cell(p + n.point, n.triangle));
     }
+#ifdef FLOODED
     triangles[gl_LocalInvocationIndex] = n.triangle;
     barrier();
     if (n.triangle == FM_GPU_NONE) {
         n.distance2 = triangle_distance2(triangles[nearest_of(known)], p);
     }
+#endif
 }
+#endif
 
 // What is nearest to the texel, within the reach.
 mesh_nearest look(uvec3 block, vec3 p) {
@@ -110,42 +118,29 @@ mesh_nearest look(uvec3 block, vec3 p) {
 void do_block(uvec3 grid, uvec3 block) {
     ivec3 at = ivec3(block) * FM_SDF_MIDDLE + child_first(gl_LocalInvocationIndex, 1);
     vec3 p = texel_place(vec3(at));
-    if (gl_LocalInvocationIndex < 6) {
+    if (gl_LocalInvocationIndex < 4) {
         masks[gl_LocalInvocationIndex] = 0;
     }
     mesh_nearest n = look(block, p);
-    float step = 1.0001 * max(push.spacing[0], max(push.spacing[1], push.spacing[2]));
-    bool close = n.distance2 < step * step;
     if (n.triangle != FM_GPU_NONE) {
         set_mask(0);
-        if (close) {
+        if (SIGN == FM_SDF_PSEUDONORMAL && is_inside(p, n)) {
             set_mask(2);
         }
     }
     barrier();
-    uint64_t found = mask_of(0);
-    if (found == 0) {
+    uint64_t known = mask_of(0);
+    if (known == 0) {
         if (gl_LocalInvocationIndex == 0) {
             atomicAnd(ref_u32(near_row(grid, block.y, block.z) + (block.x >> 5) * 4).v, ~(1u << (block.x & 31u)));
         }
         return;
     }
-    if (FAR != FAR_BAND) {
-        choose(grid, block, found, p, n);
-    }
-    uint64_t known = mask_of(2);
-    if (SIGN == FM_SDF_PSEUDONORMAL) {
-        if (known == 0) {
-            known = found & (~found + 1);
-            close = (known >> gl_LocalInvocationIndex & 1) != 0;
-        }
-        if (close && is_inside(p, n)) {
-            set_mask(4);
-        }
-        barrier();
-    }
+#if defined FLOODED || defined UNBOUNDED
+    choose(grid, block, known, p, n);
+#endif
     bool inside = SIGN == FM_SDF_CROSSINGS ? crossed_inside(at)
-                                           : (spread(known, mask_of(4)) >> gl_LocalInvocationIndex & 1) != 0;
+                                           : (spread(known, mask_of(2)) >> gl_LocalInvocationIndex & 1) != 0;
     if (all(lessThan(at, field_size()))) {
         store_texel(at, n, SIGN != FM_SDF_UNSIGNED && inside);
     }
