@@ -253,7 +253,8 @@ static bool compare_depths(const looked *l, bench_octree_result *result) {
     return true;
 }
 
-// Whether all around a pixel, two cells away, the triangles are hit as near: then no octree of that cell may miss them.
+// Whether all around a pixel, two cells away, the triangles are hit as near: then no octree of that cell may miss them, or see
+// what is behind them.
 static bool amidst(const looked *l, uint64_t at) {
     const int64_t width = l->model->width, height = l->model->height, x = (int64_t)at % width, y = (int64_t)at / width;
     const double t = (double)l->view->truth[at].t;
@@ -281,8 +282,11 @@ static bool sample_surface(const looked *l, uint32_t samples, bench_octree_resul
     result->wrong = 0;
     for (uint32_t i = 0; i < samples && good; i++) {
         const uint64_t at = fm_mix(i) % l->count;
+        if (amidst(l, at) && !((double)l->seen[at].t < (double)l->view->truth[at].t + 8 * l->cell)) {
+            result->wrong++;
+            continue;
+        }
         if (!isfinite(l->seen[at].t)) {
-            result->wrong += amidst(l, at);
             continue;
         }
         for (int k = 0; k < 3; k++) {

@@ -222,8 +222,7 @@ void bench_octree_print_header(FILE *stream) {
 }
 
 void bench_octree_print(FILE *stream, const bench_octree_result *r) {
-    const char *slash = strrchr(r->model, '/');
-    fprintf(stream, "%-12.12s %-17s %-6s", slash ? slash + 1 : r->model, r->way, r->view ? r->view : "");
+    fprintf(stream, "%-12.12s %-17s %-6s", r->model, r->way, r->view ? r->view : "");
     const double shown[HEADS] = {
         r->size,          median(&r->build),   r->bytes / 1048576,     r->bytes_a_leaf,
         r->bytes_a_voxel, median(&r->primary), r->primary_rays * 1e-6, r->second_rays * 1e-6,

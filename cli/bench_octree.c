@@ -40,7 +40,8 @@ typedef struct octree_run {
 static void clear(const octree_run *run, const char *model, const char *way, bench_octree_result *result) {
     bench_octree_result_clear(result, (bench_octree_mode)run->plan->mode);
     result->way = way;
-    snprintf(result->model, sizeof result->model, "%s", model);
+    const char *slash = strrchr(model, '/');
+    snprintf(result->model, sizeof result->model, "%s", slash ? slash + 1 : model);
     snprintf(result->device, sizeof result->device, "%s", run->device);
 }
 
@@ -78,9 +79,8 @@ static void put_into_strip(octree_run *run, uint32_t column, uint32_t row) {
 static void keep_picture(octree_run *run, const bench_octree_result *result) {
     if (run->plan->pictures) {
         char path[4096];
-        const char *slash = strrchr(result->model, '/');
-        snprintf(path, sizeof path, "%s/%s-%s-%.0f-%s%s%s.png", run->plan->pictures, slash ? slash + 1 : result->model, result->way,
-                 result->size, result->view, result->match ? "-" : "", result->match ? result->match : "");
+        snprintf(path, sizeof path, "%s/%s-%s-%.0f-%s%s%s.png", run->plan->pictures, result->model, result->way, result->size,
+                 result->view, result->match ? "-" : "", result->match ? result->match : "");
         if (fm_image_write_png(path, run->plan->bench.width, run->plan->bench.height, 3, run->pixels) != FM_OK) {
             cli_library_failed();
             run->failed = true;
