@@ -339,7 +339,8 @@ int command_bench(int argc, char **argv) {
     static const cli_help help = {
         "bench",
         "Measures exact transforms (for editable worlds, pictures of them, meshes and octrees see fathom bench world --help,\n"
-        "render --help, mesh --help and octree --help): GPU time of each pass, wall time, throughput, memory, and the ratio to the time that a copy of as many\n"
+        "render --help, mesh --help and octree --help): GPU time of each pass, wall time, throughput, memory, and the ratio to the "
+        "time that a copy of as many\n"
         "bytes takes. A sample of each result is checked; a wrong one fails.",
         "fathom bench transform --sizes 128,256,512 --csv results.csv\n"
         "fathom bench transform --sizes 512 --scenes terrain --engines fathom-vulkan,fathom-cpu,copy\n"

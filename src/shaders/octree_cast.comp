@@ -16,7 +16,8 @@ void main() {
     if (index >= push.count) {
         return;
     }
-    vec4 from = uintBitsToFloat(ref_u32x4(push.rays + index * 32).v), to = uintBitsToFloat(ref_u32x4(push.rays + index * 32 + 16).v);
+    vec4 from = uintBitsToFloat(ref_u32x4(push.rays + index * 32).v);
+    vec4 to = uintBitsToFloat(ref_u32x4(push.rays + index * 32 + 16).v);
     fm_octree_met met = fm_cast_ray(octree_head(push.head), from.xyz, to.xyz, from.w, to.w, push.epsilon);
     fm_address at = push.hits + index * 24;
     ref_u32(at).v = floatBitsToUint(met.t);

@@ -2,8 +2,8 @@
 #version 460
 #include "octree_picture.glsl"
 
-// One invocation owns a pixel: the rays from the place that it shows, to the sun, reflected, and through the surface. Reads 16 bytes
-// and writes 4 of picture, and 8 where rays are counted.
+// One invocation owns a pixel: the rays from the place that it shows, to the sun, reflected, and through the surface. Reads 16
+// bytes and writes 4 of picture, and 8 where rays are counted.
 
 layout(local_size_x = FM_OCTREE_TILE, local_size_y = FM_OCTREE_TILE) in;
 

@@ -176,7 +176,7 @@ FM_PUSH_STRUCT(fm_sdf_push) {
 // slice; a bit for each slice that has one; the list's entries; and where distances are flooded, twice a cell for each block.
 #define FM_NEAR_LIST 0
 #define FM_NEAR_REACH 36
-#define FM_NEAR_SIDE 60  // last, so that it is cleared with the bits
+#define FM_NEAR_SIDE 60              // last, so that it is cleared with the bits
 #define FM_NEAR_SMALL 64u            // blocks that an invocation tries by itself
 #define FM_NEAR_GROUP_COLUMNS 1024u  // that a group does by itself
 

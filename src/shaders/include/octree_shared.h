@@ -31,9 +31,9 @@
 // is one run of memory. A value is a word, or three under FM_GPU_FLOATS; its attribute, if there are any, a word in the same place.
 #define FM_COLUMN_VALUES 4
 
-// BRICKS: the top grid's cells are bricks of 8^3 finest cells (`levels` is 3); its words are those of leaves above, and there are no
-// others. Brick i has values [729 i, 729 (i + 1)): the signed distances of its 9^3 corners, floats in world units, x fastest; those
-// beyond 3 + sqrt(3) cells are cut off there.
+// BRICKS: the top grid's cells are bricks of 8^3 finest cells (`levels` is 3); its words are those of leaves above, and there are
+// no others. Brick i has values [729 i, 729 (i + 1)): the signed distances of its 9^3 corners, floats in world units, x fastest;
+// those beyond 3 + sqrt(3) cells are cut off there.
 #define FM_BRICK_LEVEL 3
 #define FM_BRICK_VALUES 729
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // The tree walked by the invocations of a subgroup together, for places near each other: nodes and triangles are loaded once for
 // all, and nothing diverges. Of the triangles that are worth a closer look few invocations want the same; so what they want is
-// queued, a place and a triangle an entry, and once there are enough each invocation takes an entry, whosever it is. Expects sdf.glsl
-// and groups of 64 invocations, all of which come here, whatever the size of a subgroup.
+// queued, a place and a triangle an entry, and once there are enough each invocation takes an entry, whosever it is. Expects
+// sdf.glsl and groups of 64 invocations, all of which come here, whatever the size of a subgroup.
 
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_vote : require
