@@ -234,6 +234,8 @@ static void wrong_voxels(fm_context *context, const uint8_t *bytes, size_t size)
         WRONG(context, bytes, size, uint32_t, at, count - 1, "has words");
         WRONG(context, bytes, size, uint32_t, at, UINT32_MAX - 1, "has words");
         WRONG(context, bytes, size, uint32_t, child, count - 1, "has words");
+        WRONG(context, bytes, size, uint32_t, child, 0, "no child");
+        WRONG(context, bytes, size, uint32_t, child - 4, 0, "holds nothing");
         WRONG_HEADER(uint32_t, levels, 1, "");
     } else {
         const size_t base = FM_FMO_PAGE + 4 * ((size_t)words[top] + 2);

@@ -33,17 +33,36 @@ static fm_result outside(const nodes *n, const char *what, uint64_t at, uint64_t
                    (unsigned long long)end, (unsigned long long)n->count);
 }
 
+// Updates relocate what a node says by what it is: leaves have no children.
+static fm_result check_one_sort(const nodes *n, uint64_t node) {
+    const uint32_t leaf = 1u << FM_DAG_LEAF_LEVEL;
+    return !(n->visited[node] & leaf) || n->visited[node] == leaf
+               ? FM_OK
+               : fm_fail(FM_ERROR_FORMAT, "node %llu: is a leaf and has children", (unsigned long long)node);
+}
+
 static fm_result check_dag(const nodes *n, uint64_t node, int level) {
-    if (node == 0 || node == FM_DAG_SOLID) {
+    if (node == FM_DAG_SOLID) {
         return FM_OK;
+    }
+    if (node == 0) {
+        return fm_fail(FM_ERROR_FORMAT, "node 0: is the top grid, and no child");
     }
     if (node + 2 > n->count) {
         return outside(n, "node", node, node + 2);
     }
-    if (visit(n, node, level) || level == FM_DAG_LEAF_LEVEL) {
+    if (visit(n, node, level)) {
         return FM_OK;
     }
+    FM_TRY(check_one_sort(n, node));
+    const bool leaf = level == FM_DAG_LEAF_LEVEL;
     const uint32_t children = (uint32_t)__builtin_popcount(n->words[node] & 0xff);
+    if (leaf ? (n->words[node] | n->words[node + 1]) == 0 : children == 0) {
+        return fm_fail(FM_ERROR_FORMAT, "node %llu: holds nothing", (unsigned long long)node);
+    }
+    if (leaf) {
+        return FM_OK;
+    }
     if (node + 1 + children > n->count) {
         return outside(n, "node", node, node + 1 + children);
     }
@@ -62,7 +81,9 @@ fm_result fm_octree_check_dag(const fm_octree *octree, uint8_t *marks) {
         return fm_fail(FM_ERROR_FORMAT, "%d levels: a DAG has %d at least", levels, FM_DAG_LEAF_LEVEL);
     }
     for (uint64_t i = 0; i < top; i++) {
-        FM_TRY(check_dag(&n, n.words[i], levels));
+        if (n.words[i] != 0) {
+            FM_TRY(check_dag(&n, n.words[i], levels));
+        }
     }
     return FM_OK;
 }

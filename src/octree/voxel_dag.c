@@ -14,13 +14,15 @@ static uint32_t branch_of(uint32_t level) {
     return level == FM_DAG_LEAF_LEVEL ? 2 : 1;
 }
 
-static uint32_t hash_of(const uint32_t *words, uint32_t count) {
+// The last bit tells leaves from other nodes. One of two words may say the same as a leaf, but copies turn its second, where a
+// child begins, into another.
+static uint32_t hash_of(bool leaf, const uint32_t *words, uint32_t count) {
     uint64_t hash = 0x9e3779b97f4a7c15u;
     for (uint32_t i = 0; i < count; i++) {
         hash = (hash ^ words[i]) * 0xff51afd7ed558ccdu;
         hash ^= hash >> 32;
     }
-    return (uint32_t)hash;
+    return (uint32_t)hash >> 1 | (uint32_t)leaf << 31;
 }
 
 // Where the node is, or where it belongs.
@@ -28,7 +30,6 @@ static uint64_t slot_of(const fm_voxel_trees *trees, uint32_t hash, const uint32
     const uint64_t end = trees->octree->words.count;
     uint64_t slot = hash & (trees->node_room - 1);
     for (; trees->nodes[slot].word != 0; slot = (slot + 1) & (trees->node_room - 1)) {
-        // Words of a failed update may be gone. Where others that are as wanted stand there now, these are as good.
         const uint64_t at = trees->nodes[slot].word;
         if (trees->nodes[slot].hash == hash && at + count <= end &&
             memcmp(fm_voxel_words(trees) + at, words, count * sizeof *words) == 0) {
@@ -58,11 +59,11 @@ static fm_result grow(fm_voxel_trees *trees) {
     return FM_OK;
 }
 
-static fm_result node_of(fm_voxel_trees *trees, const uint32_t *words, uint32_t count, uint32_t *node) {
+static fm_result node_of(fm_voxel_trees *trees, bool leaf, const uint32_t *words, uint32_t count, uint32_t *node) {
     if (2 * trees->node_used >= trees->node_room) {
         FM_TRY(grow(trees));
     }
-    const uint32_t hash = hash_of(words, count);
+    const uint32_t hash = hash_of(leaf, words, count);
     fm_voxel_known *known = &trees->nodes[slot_of(trees, hash, words, count)];
     if (known->word == 0) {
         uint64_t first;
@@ -88,7 +89,7 @@ static fm_result join(fm_voxel_trees *trees, uint32_t level, const fm_voxel_ref 
         }
     }
     *node = (fm_voxel_ref){.type = FM_REF_NODE};
-    return node_of(trees, words, count, &node->w[0]);
+    return node_of(trees, level == FM_DAG_LEAF_LEVEL, words, count, &node->w[0]);
 }
 
 static fm_voxel_ref placed(const fm_voxel_trees *trees, uint32_t word) {

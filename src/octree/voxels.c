@@ -342,6 +342,10 @@ static void go_back(fm_octree *octree, const mark *to) {
     trees->internal = to->internal;
     trees->unshared = to->unshared;
     trees->node_count = to->nodes;
+    // Other words will stand there.
+    for (uint64_t i = 0; i < trees->node_room; i++) {
+        trees->nodes[i].word = trees->nodes[i].word >= to->words ? FM_GONE_NODE : trees->nodes[i].word;
+    }
 }
 
 // The top cells that a box touches.

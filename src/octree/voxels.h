@@ -39,7 +39,9 @@ typedef struct fm_voxel_kind {
 
 extern const fm_voxel_kind fm_kind_voxels, fm_kind_contours, fm_kind_dag, fm_kind_tree64;
 
-// A node that others can share: where it begins, and the hash of its words.
+// A node that others can share: where it begins, and the hash of its words. FM_GONE_NODE: a failed update had written it.
+#define FM_GONE_NODE UINT32_MAX
+
 typedef struct fm_voxel_known {
     uint32_t word, hash;
 } fm_voxel_known;
