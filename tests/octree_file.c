@@ -228,6 +228,10 @@ static void wrong_voxels(fm_context *context, const uint8_t *bytes, size_t size)
         WRONG(context, bytes, size, uint32_t, node, (masks & 0xffff) | 0xfffe0000, "not all there");
         WRONG(context, bytes, size, uint32_t, node, (masks & 0xffff) | 0xffff0000, "not all there");
         WRONG(context, bytes, size, uint32_t, node + 4, 0xffffffff, "not all there");
+        // Pointers of a descriptor all of whose children are leaves.
+        WRONG(context, bytes, size, uint32_t, node, 0xffff0101, "all are leaves");
+        WRONG(context, bytes, size, uint32_t, node, 0x00020101, "all are leaves");
+        WRONG(context, bytes, size, uint32_t, node, 0, "holds nothing");
     } else if (header.kind == FM_OCTREE_DAG) {
         const size_t child = FM_FMO_PAGE + 4 * ((size_t)words[top] + 1);
         WRONG(context, bytes, size, uint32_t, at, count, "has words");
@@ -251,7 +255,14 @@ static void wrong_voxels(fm_context *context, const uint8_t *bytes, size_t size)
     }
 }
 
-// Random words of a section changed: what is taken all the same, rays go through; a sanitizer sees them leave it.
+static fm_result read_air(void *user, const fm_box *box, uint32_t *voxels) {
+    (void)user;
+    const int64_t x = box->end[0] - box->begin[0], y = box->end[1] - box->begin[1], z = box->end[2] - box->begin[2];
+    memset(voxels, 0, (size_t)(x * y * z) * sizeof *voxels);
+    return FM_OK;
+}
+
+// Random words of a section changed: what is taken all the same, rays and an update go through; a sanitizer sees them leave it.
 static void changed(fm_context *context, const uint8_t *bytes, size_t size, uint64_t seed, bool bricks) {
     enum { TRIES = 300, RAYS = 20 };
     uint8_t *copy = aligned_alloc(64, fm_round_up(size, 64));
@@ -283,6 +294,11 @@ static void changed(fm_context *context, const uint8_t *bytes, size_t size, uint
             }
         }
         CHECK_OK(fm_octree_cast(octree, rays, RAYS, 0, hits));
+        const uint32_t *cells = octree->info.cells;
+        const fm_voxel_source source = {.shape = {cells[0], cells[1], cells[2]}, .read = read_air};
+        if (octree->info.kind >= FM_OCTREE_VOXELS && octree->info.kind <= FM_OCTREE_TREE64) {
+            CHECK_OK(fm_octree_update_voxels(octree, &source, &(fm_box){{0, 0, 0}, {1, 1, 1}}, 1));
+        }
         fm_octree_destroy(octree);
     }
     CHECK((taken > 0 || bricks) && taken < TRIES);

@@ -46,8 +46,13 @@ static fm_result check_descriptor(const descriptors *d, uint64_t node, uint32_t 
                        (unsigned long long)node, leaves, level - 1);
     }
     FM_TRY(check_list(d, node, leaves));
+    if (valid == 0) {
+        return fm_fail(FM_ERROR_FORMAT, "descriptor %llu: holds nothing", (unsigned long long)node);
+    }
     if (nodes == 0) {
-        return FM_OK;
+        return masks >> 16 == 0
+                   ? FM_OK
+                   : fm_fail(FM_ERROR_FORMAT, "descriptor %llu: points to children, but all are leaves", (unsigned long long)node);
     }
     const uint64_t pointer = masks >> 17;
     if (masks & FM_CONTOURS_FAR ? node + pointer >= d->count : 2 * pointer > node) {

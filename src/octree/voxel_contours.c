@@ -256,7 +256,9 @@ static fm_voxel_ref node_at(const fm_voxel_trees *trees, uint32_t place) {
     const fm_octree_head head = fm_octree_host_head(trees->octree);
     const uint32_t *words = fm_voxel_words(trees) + place;
     fm_voxel_ref ref = {.type = FM_REF_NODE, .w = {0, words[0] & 0xffff, place - (words[1] >> 8), words[1] & 0xff}};
-    ref.w[0] = words[0] >> 16 != 0 ? fm_contours_children(head, place, words[0]) : 0;
+    // Other pointers lead nowhere.
+    const bool nodes = (words[0] >> 8 & ~words[0] & 255) != 0;
+    ref.w[0] = nodes ? fm_contours_children(head, place, words[0]) : 0;
     return ref;
 }
 
