@@ -17,9 +17,13 @@ static fm_context *context;
 static bool vulkan;
 static vulkan_options options;
 
+static bool open_with(const fm_allocator *allocator, fm_context **opened) {
+    const fm_context_desc desc = {.backend = FM_BACKEND_CPU, .threads = 2, .allocator = allocator};
+    return (vulkan ? vulkan_open(&options, allocator, opened) : fm_context_create(&desc, opened)) == FM_OK;
+}
+
 static bool open_context(fm_context **opened) {
-    const fm_context_desc desc = {.backend = FM_BACKEND_CPU, .threads = 2};
-    return (vulkan ? vulkan_open(&options, NULL, opened) : fm_context_create(&desc, opened)) == FM_OK;
+    return open_with(NULL, opened);
 }
 
 static void close_context(fm_context *opened) {
@@ -65,16 +69,18 @@ static uint64_t octree_bytes(bool peak) {
     return bytes;
 }
 
-static void write_file(const char *path, fm_octree_kind kind) {
+static void write_divided(const char *path, const fm_octree_desc *octree, const fm_octree_parts *parts) {
     fm_context *cpu = NULL;
     const fm_context_desc desc = {.backend = FM_BACKEND_CPU, .threads = 1};
-    const fm_octree_desc octree = {.kind = kind, .size = SIZE};
-    const fm_octree_parts parts = {.parts = PARTS, .coarse = COARSE};
     CHECK_OK(fm_context_create(&desc, &cpu));
     fm_mesh *mesh = make_mesh(cpu);
-    CHECK_OK(fm_octree_write_parts(mesh, &octree, &parts, path));
+    CHECK_OK(fm_octree_write_parts(mesh, octree, parts, path));
     fm_mesh_destroy(mesh);
     fm_context_destroy(cpu);
+}
+
+static void write_file(const char *path, fm_octree_kind kind) {
+    write_divided(path, &(fm_octree_desc){.kind = kind, .size = SIZE}, &(fm_octree_parts){.parts = PARTS, .coarse = COARSE});
 }
 
 // ---------------------------------------------------------------------------------------------------------------------------
@@ -282,6 +288,39 @@ static void move(const char *path, uint64_t budget, float fade_ms, bool wait) {
     CHECK(octree_bytes(false) == 0);
     close_context(context);
     context = usual;
+}
+
+// All parts come where the budget has room for all, however small they are; `bytes` are theirs.
+static void load_all(uint32_t size, uint32_t along, uint64_t least, uint64_t most) {
+    char path[512];
+    snprintf(path, sizeof path, "%s", io_path("small.fmo"));
+    write_divided(path, &(fm_octree_desc){.size = size}, &(fm_octree_parts){.parts = along, .coarse = 8});
+    fm_fmo_header header;
+    size_t length = 0;
+    uint8_t *contents = io_contents(path, &length);
+    memcpy(&header, contents, sizeof header);
+    free(contents);
+    const uint64_t count = (uint64_t)header.parts[0] * header.parts[1] * header.parts[2];
+    const uint64_t bytes = length - header.image_bytes - fm_fmo_directory_bytes(count);
+    if (!CHECK(bytes >= least && bytes <= most && bytes % (1 << 16) != 0)) {
+        fprintf(stderr, "    %llu bytes of parts\n", (unsigned long long)bytes);
+    }
+    const fm_octree_stream_desc desc = {.distance = 100, .fade_ms = -1};
+    fm_octree_stream *stream = NULL;
+    fm_octree_stream_info info = {0};
+    if (!CHECK_OK(fm_octree_stream_open(context, path, &desc, &stream))) {
+        return;
+    }
+    for (int i = 0; i < 4; i++) {
+        const fm_camera camera = camera_at(i * 1.6 + 0.8, 3);
+        CHECK_OK(fm_octree_stream_update(stream, &camera, true));
+        fm_octree_stream_describe(stream, &info);
+        CHECK(info.wanted > 0 && info.resident >= info.wanted);
+    }
+    if (!CHECK(info.resident == count && info.dropped == 0 && info.failed == 0)) {
+        fprintf(stderr, "    %u of %llu parts\n", info.resident, (unsigned long long)count);
+    }
+    fm_octree_stream_close(stream);
 }
 
 // Between two pictures no more pixels change than the shares of parts do.
@@ -499,6 +538,51 @@ static fm_result attempt(fm_context *owner, void *user) {
     return result;
 }
 
+// Whenever memory runs out, pictures show the surface as the coarse octree has it: no part where another one was before.
+static void failing_memory(const char *path) {
+    enum { STEPS = 48 };
+    static fm_octree_hit hits[WIDTH * HEIGHT], coarse[WIDTH * HEIGHT];
+    faulty f = {.left = -1};
+    const fm_allocator allocator = {faulty_alloc, faulty_free, &f};
+    const fm_octree_stream_desc desc = {.budget = 500000, .distance = 100, .fade_ms = -1};
+    fm_octree_stream *stream = NULL;
+    fm_octree *rough = NULL;
+    fm_octree_stream_info info = {0};
+    fm_context *const usual = context;
+    int failures = 0;
+    if (!CHECK(open_with(&allocator, &context)) || !CHECK_OK(fm_octree_read(context, path, &rough)) ||
+        !CHECK_OK(fm_octree_stream_open(context, path, &desc, &stream))) {
+        context = usual;
+        return;
+    }
+    for (int i = 0; i < STEPS; i++) {
+        const fm_camera camera = camera_at(i * 0.4, 1.8);
+        f.left = i % 8 > 1 ? 1 + i % 2 : -1;
+        const fm_result result = fm_octree_stream_update(stream, &camera, true);
+        f.left = -1;
+        CHECK(result == FM_OK || result == FM_ERROR_OUT_OF_HOST_MEMORY);
+        failures += result != FM_OK;
+        draw(stream, NULL, &camera, hits);
+        draw(NULL, rough, &camera, coarse);
+        int count = 0, off = 0;
+        for (int p = 0; p < WIDTH * HEIGHT; p++) {
+            const bool hit = hits[p].t < INFINITY, there = coarse[p].t < INFINITY;
+            count += there;
+            off += hit != there || (hit && fabs((double)(hits[p].t - coarse[p].t)) > 0.1);
+        }
+        if (!CHECK(count > 2000 && off <= count / 40)) {
+            fprintf(stderr, "    step %d: %d of %d pixels are off the surface\n", i, off, count);
+        }
+    }
+    fm_octree_stream_describe(stream, &info);
+    CHECK(failures > STEPS / 4 && info.dropped > 10 && info.failed == 0);
+    fm_octree_stream_close(stream);
+    fm_octree_destroy(rough);
+    close_context(context);
+    CHECK(f.live == 0);
+    context = usual;
+}
+
 static void run(void) {
     char path[512], plain[512];
     snprintf(path, sizeof path, "%s", io_path("parts.fmo"));
@@ -512,6 +596,9 @@ static void run(void) {
     compare_pictures(path, FM_OCTREE_CLOSEST);
     arguments(path, plain);
     parts_arguments();
+    load_all(20, 2, 1 << 16, 1 << 20);
+    load_all(16, 1, 1, (1 << 16) - 1);
+    failing_memory(path);
     move(path, 400000, 20, false);
     move(path, 300000, -1, false);
     move(path, 500000, 30, true);

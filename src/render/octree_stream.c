@@ -118,7 +118,8 @@ static fm_result open_parts(fm_octree_stream *stream, float fade_ms) {
     if (!stream->context->gpu) {
         return FM_OK;
     }
-    r->room = fm_min_u64(r->room, fm_octree_store_most(stream->context)) / FM_OCTREE_STORE_PAGE * FM_OCTREE_STORE_PAGE;
+    const uint64_t most_room = fm_min_u64(stream->budget - stream->fixed, fm_octree_store_most(stream->context));
+    r->room = fm_min_u64(fm_round_up(all, FM_OCTREE_STORE_PAGE), most_room / FM_OCTREE_STORE_PAGE * FM_OCTREE_STORE_PAGE);
     return fm_octree_store_create(stream->context, r->room, r->count, &r->store);
 }
 
@@ -224,6 +225,20 @@ static fm_result load_wanted(fm_octree_stream *stream, bool wait) {
     return FM_OK;
 }
 
+// Also after an error: parts that a table of before tells of may have gone, and others may be in their places.
+static fm_result tell_pictures(fm_octree_stream *stream) {
+    const fm_octree_residents *r = &stream->residents;
+    if (!r->store) {
+        stream->grid.parts = (uintptr_t)r->table;
+        return FM_OK;
+    }
+    const fm_result result = fm_octree_store_table(r->store, r->table, &stream->grid.parts);
+    if (result != FM_OK) {
+        stream->grid.parts = 0;
+    }
+    return result;
+}
+
 fm_result fm_octree_stream_update(fm_octree_stream *stream, const fm_camera *camera, bool wait) {
     if (!stream || !camera) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", stream ? "camera" : "stream");
@@ -234,12 +249,9 @@ fm_result fm_octree_stream_update(fm_octree_stream *stream, const fm_camera *cam
     const uint64_t now = fm_now_ns();
     fm_residents_fade(r, stream->last_ns > 0 ? 1e-6 * (double)(now - stream->last_ns) : 0);
     stream->last_ns = now;
-    FM_TRY(load_wanted(stream, wait));
-    if (r->store) {
-        return fm_octree_store_table(r->store, r->table, &stream->grid.parts);
-    }
-    stream->grid.parts = (uintptr_t)r->table;
-    return FM_OK;
+    const fm_result loaded = load_wanted(stream, wait);
+    const fm_result told = tell_pictures(stream);
+    return told != FM_OK ? told : loaded;
 }
 
 void fm_octree_stream_describe(const fm_octree_stream *stream, fm_octree_stream_info *info) {
