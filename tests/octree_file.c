@@ -175,6 +175,8 @@ static void wrong_header(fm_context *context, const uint8_t *bytes, size_t size)
     WRONG_HEADER(double, cell, -1, "cell");
     WRONG_HEADER(double, cell, (double)NAN, "cell");
     WRONG_HEADER(double, cell, 1e-60, "cell");
+    WRONG_HEADER(double, cell, 1e-40, "cell");
+    WRONG_HEADER(double, cell, 1e38, "not within");
     WRONG_HEADER(double, cell, 1e300, "cell");
     WRONG_HEADER(float, cutoff, 0, "cutoff");
     WRONG_HEADER(float, cutoff, INFINITY, "cutoff");
@@ -354,6 +356,75 @@ static void wrong_nodes(fm_context *context, const uint8_t *bytes, size_t size) 
     WRONG(context, bytes, size, uint32_t, sizeof header + offsetof(fm_fmo_section, name), 1, "top grid");
 }
 
+// A ray along which all finest cells are empty, of which there are 2^20, ends.
+static void cast_long(fm_octree *octree) {
+    const float cell = (float)octree->info.cell;
+    const fm_mesh_ray ray = {.origin = {-cell, 0.25f * cell, 0.25f * cell}, .direction = {1, 0, 0}, .last = INFINITY};
+    fm_octree_hit hit;
+    if (CHECK_OK(fm_octree_cast(octree, &ray, 1, 0, &hit))) {
+        CHECK(!(hit.t < INFINITY) && hit.reads >= 1 << 17 && hit.reads < (1 << 17) + 64);
+    }
+}
+
+// The same of other kinds, all of whose nodes of a level are alike; of each lowest node only the last voxel is solid.
+static uint64_t long_words(fm_octree_kind kind, uint32_t words[]) {
+    uint64_t count = 8, below = 0;
+    if (kind == FM_OCTREE_CONTOURS) {
+        words[count++] = 0x80000000u;  // the list of all: number 0
+        count++;
+    }
+    const int step = kind == FM_OCTREE_TREE64 ? 2 : 1, least = kind == FM_OCTREE_CONTOURS ? 1 : 2;
+    for (int level = least; level <= 20; level += step) {
+        const uint64_t first = count;
+        const bool lowest = level == least;
+        if (kind == FM_OCTREE_DAG) {
+            words[count++] = lowest ? 0 : 0xff;
+            for (int i = 0; i < (lowest ? 1 : 8); i++) {
+                words[count++] = lowest ? 1u << 31 : (uint32_t)below;
+            }
+        }
+        for (int i = 0; kind == FM_OCTREE_TREE64 && i < 64; i++) {
+            words[count++] = lowest ? 0 : UINT32_MAX;
+            words[count++] = lowest ? 1u << 31 : UINT32_MAX;
+            words[count++] = lowest ? 0xc0000000u : (uint32_t)below;
+        }
+        for (int i = 0; kind == FM_OCTREE_CONTOURS && i < 8; i++) {
+            words[count] = lowest ? 0x8080u : (uint32_t)(count - below) / 2 << 17 | 0xff00u;
+            words[count + 1] = (uint32_t)(count - 8) << 8;
+            count += 2;
+        }
+        below = first;
+    }
+    words[0] = (uint32_t)below;
+    return count;
+}
+
+static void long_rays(fm_context *context, fm_octree_kind kind) {
+    static const double low[3] = {0}, high[3] = {1, 1, 1};
+    uint32_t words[4096] = {0}, number = 7;
+    fm_octree_desc filled;
+    fm_octree *octree = NULL;
+    if (!CHECK_OK(fm_octree_check_desc(&(fm_octree_desc){.kind = kind, .size = 1 << 20, .top_bytes = 4}, &filled)) ||
+        !CHECK_OK(fm_octree_new(context, &filled, low, high, &octree))) {
+        return;
+    }
+    const uint64_t count = long_words(kind, words);
+    CHECK(octree->info.levels == 20);
+    CHECK(fm_octree_reserve(octree, &octree->words, count) && fm_octree_reserve(octree, &octree->values, 1));
+    memcpy(octree->words.data, words, count * sizeof *words);
+    memcpy(octree->values.data, &number, sizeof number);
+    octree->words.count = count;
+    octree->values.count = kind != FM_OCTREE_DAG;
+    fm_octree_counted(octree);
+    fm_octree *read = NULL;
+    if (CHECK_OK(fm_octree_write(octree, io_path("long.fmo"))) && CHECK_OK(fm_octree_read(context, io_path("long.fmo"), &read))) {
+        cast_long(read);
+    }
+    fm_octree_destroy(read);
+    fm_octree_destroy(octree);
+    io_clear();
+}
+
 // Deep sharing: every node of a level has the same eight children. Looked at one by one they would be 8^20.
 static void shared(fm_context *context) {
     const fm_octree_desc desc = {.kind = FM_OCTREE_VOXELS, .size = 1 << 20, .top_bytes = 4};
@@ -377,6 +448,10 @@ static void shared(fm_context *context) {
     CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));
     CHECK_OK(fm_octree_read(context, io_path("deep.fmo"), &read));
     fm_octree_destroy(read);
+    for (uint64_t i = count - 8; i < count - 1; i++) {
+        made_word(octree, i, FM_NODE_EMPTY);
+    }
+    cast_long(octree);
     // Two of the root's children have what lies below in common, on levels of which one is too low for it.
     CHECK(fm_octree_reserve(octree, &octree->words, 8));
     octree->words.count += 8;
@@ -463,6 +538,9 @@ int main(void) {
         free(bytes);
     }
     shared(context);
+    long_rays(context, FM_OCTREE_CONTOURS);
+    long_rays(context, FM_OCTREE_DAG);
+    long_rays(context, FM_OCTREE_TREE64);
     places(context);
     fm_octree *octree = made_octree(context, &kinds[1], 5);
     char path[512];

@@ -447,6 +447,24 @@ static void bad_directory(const uint8_t *bytes, size_t size) {
     free(copy);
 }
 
+static void bad_edges(const uint8_t *bytes, size_t size) {
+    static const double wrong[] = {1e-44, 1e-30, 1e30, 1e300, NAN, 0.5, 2};  // the last two: times what it is
+    uint8_t *copy = malloc(size);
+    fm_octree_stream *stream = NULL;
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        fm_fmo_header header;
+        memcpy(copy, bytes, size);
+        memcpy(&header, copy, sizeof header);
+        header.part_edge = i < 5 ? wrong[i] : wrong[i] * header.part_edge;
+        memcpy(copy, &header, sizeof header);
+        fm_fmo_seal(copy);
+        CHECK_FAILS(open_changed(copy, size, NULL, &stream), FM_ERROR_FORMAT);
+        CHECK(strstr(fm_last_error(), "parts of") != NULL);
+    }
+    CHECK(stream == NULL);
+    free(copy);
+}
+
 // Parts that fail stay coarse, are counted once and told of; others come, and pictures can be made.
 static void check_failing(fm_octree_stream *stream, uint64_t least, const char *says) {
     static fm_octree_hit hits[WIDTH * HEIGHT];
@@ -610,6 +628,7 @@ static void run(void) {
     size_t size = 0;
     uint8_t *bytes = io_contents(path, &size);
     bad_directory(bytes, size);
+    bad_edges(bytes, size);
     failing_reads(bytes, size);
     close_early(path);
     free(bytes);

@@ -66,7 +66,8 @@ static fm_result check_axis(const fm_fmo_header *header, const char *name, int a
                        header->cells[axis], axis, header->top[axis], header->levels);
     }
     const double slack = 1e-3 * header->cell + 1e-6 * fmax(fabs(low), fabs(high));
-    if (low < origin - slack || high > origin + header->top[axis] * width + slack) {
+    const double end = origin + header->top[axis] * width;
+    if (low < origin - slack || high > end + slack || !isfinite((float)end)) {
         return fm_fail(FM_ERROR_FORMAT, "%s: header: the box from %g to %g along axis %d is not within the grid", name, low, high,
                        axis);
     }
@@ -74,8 +75,8 @@ static fm_result check_axis(const fm_fmo_header *header, const char *name, int a
 }
 
 static fm_result check_grid(const fm_fmo_header *header, const char *name) {
-    if (!(header->cell > 0) || !((float)header->cell > 0) || !isfinite((float)header->cell) || !(header->cutoff > 0) ||
-        !isfinite(header->cutoff) || !isfinite(header->threshold) || !isfinite(header->band)) {
+    if (!(header->cell > 0) || !isnormal((float)header->cell) || !(header->cutoff > 0) || !isfinite(header->cutoff) ||
+        !isfinite(header->threshold) || !isfinite(header->band)) {
         return fm_fail(FM_ERROR_FORMAT,
                        "%s: header: cell %g, cutoff %g, threshold %g, band %g: finite numbers, the first two above 0, are possible",
                        name, header->cell, (double)header->cutoff, (double)header->threshold, (double)header->band);
@@ -84,6 +85,17 @@ static fm_result check_grid(const fm_fmo_header *header, const char *name) {
         FM_TRY(check_axis(header, name, axis));
     }
     return FM_OK;
+}
+
+// As many parts as there are cover the box, and no fewer would, but for what rounding and the coarse cells may hide.
+static bool parts_cover(const fm_fmo_header *header) {
+    bool good = isnormal((float)header->part_edge);
+    for (int axis = 0; axis < 3; axis++) {
+        const double extent = (double)header->high[axis] - (double)header->low[axis];
+        const double slack = header->cell + 1e-3 * extent, parts = header->parts[axis];
+        good = good && parts * header->part_edge >= extent - slack && (parts - 1) * header->part_edge <= extent + slack;
+    }
+    return good;
 }
 
 static fm_result check_parts(const fm_fmo_header *header, const char *name) {
@@ -98,6 +110,10 @@ static fm_result check_parts(const fm_fmo_header *header, const char *name) {
     if (!good || count > FM_FMO_MOST_PARTS) {
         return fm_fail(FM_ERROR_FORMAT, "%s: header: %u x %u x %u parts of %u cells, edge %g: at most %d are possible", name,
                        parts[0], parts[1], parts[2], header->part_cells, header->part_edge, FM_FMO_MOST_PARTS);
+    }
+    if (any && !parts_cover(header)) {
+        return fm_fail(FM_ERROR_FORMAT, "%s: header: %u x %u x %u parts of edge %g do not cover the box, or too many do", name,
+                       parts[0], parts[1], parts[2], header->part_edge);
     }
     return FM_OK;
 }
