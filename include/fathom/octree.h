@@ -42,7 +42,7 @@ typedef enum fm_octree_method {
 // How a vector is kept.
 typedef enum fm_octree_code {
     FM_OCTREE_SPHERICAL = 0,  // 32 bits: radius 13, by its root; angles 9 and 10. Source: section 4.1
-    FM_OCTREE_OCTAHEDRAL,     // ours, 32 bits: radius 13, by its root; 19 for the direction on an octahedron
+    FM_OCTREE_OCTAHEDRAL,     // ours, 32 bits: radius 10, by its root; 11 and 11 for the direction on an octahedron
     FM_OCTREE_FLOATS,         // three floats: for measuring what the others lose
 } fm_octree_code;
 
@@ -171,9 +171,10 @@ typedef struct fm_octree_hit {
 
 // The first hit of each ray. `epsilon`: how near to the surface of CLOSEST, and of DISTANCE without a sign, counts as on it, in
 // finest cells; 0: 0.1. Below 0: rays through CLOSEST and DISTANCE go as published, sample by sample, with -epsilon. `count` 0 is
-// fine; a ray that is not finite meets nothing. A ray that begins inside of solid voxels or on the surface has met it. Errors:
-// FM_ERROR_INVALID_ARGUMENT for NULL or an epsilon that is not finite; FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY,
-// FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL. Source: Demir and Westermann 2015, sections 2 and 4.2.
+// fine; a ray that is not finite meets nothing, nor does one that has not met anything after 2^17 reads of nodes of VOXELS,
+// CONTOURS, DAG or TREE64, or 2^14 steps through CLOSEST or DISTANCE. A ray that begins inside of solid voxels or on the surface
+// has met it. Errors: FM_ERROR_INVALID_ARGUMENT for NULL or an epsilon that is not finite; FM_ERROR_OUT_OF_HOST_MEMORY,
+// FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL. Source: Demir and Westermann 2015, sections 2 and 4.2.
 FM_API fm_result fm_octree_cast(fm_octree *octree, const fm_mesh_ray *rays, uint32_t count, float epsilon, fm_octree_hit *hits);
 
 // ---------------------------------------------------------------------------------------------------------------------------

@@ -113,7 +113,7 @@ static fm_result check_tree64(const nodes *n, uint64_t node, int level) {
     const uint32_t base = n->words[node + 2], first = base & FM_TREE64_INDEX;
     const uint32_t children = (uint32_t)(__builtin_popcount(n->words[node]) + __builtin_popcount(n->words[node + 1]));
     if (children == 0) {
-        return FM_OK;
+        return fm_fail(FM_ERROR_FORMAT, "node %llu: holds nothing", (unsigned long long)node);
     }
     if (base & FM_TREE64_LEAF) {
         return check_numbers(n, node, first, base & FM_TREE64_SAME ? 1 : children);

@@ -141,7 +141,7 @@ FM_RULE fm_octree_met fm_contours_top(fm_octree_head head, fm_octree_walk walk, 
     for (int i = 0; i < 3; i++) {
         low[i] = 1;
     }
-    while (true) {
+    while (reads < FM_WALK_READS) {
         if (down) {
             // Into the child that the ray is in.
             for (int i = 0; i < 3; i++) {
@@ -217,12 +217,13 @@ FM_RULE fm_octree_met fm_contours_top(fm_octree_head head, fm_octree_walk walk, 
             }
         }
     }
+    return fm_walk_missed(reads);
 }
 
 FM_RULE fm_octree_met fm_cast_contours(fm_octree_head head, fm_v3 origin, fm_v3 way, fm_float first, fm_float last) {
     fm_octree_walk walk = fm_walk_begin(head, origin, way, first);
     fm_uint reads = 0u;
-    while (fm_walk_inside(walk) && walk.t <= last) {
+    while (fm_walk_inside(walk) && walk.t <= last && reads < FM_WALK_READS) {
         const fm_uint word = FM_WORD(head.words, fm_walk_top(head, walk));
         reads++;
         if (word >= FM_CONTOURS_SOLID) {

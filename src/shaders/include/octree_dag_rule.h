@@ -22,7 +22,7 @@ FM_RULE fm_octree_met fm_cast_dag(fm_octree_head head, fm_v3 origin, fm_v3 way, 
     fm_uint there[FM_WALK_LEVELS];  // and which children they have
     fm_uint reads = 0u, low = 0u, high = 0u;
     int joint = head.levels + 1;
-    while (fm_walk_inside(walk) && walk.t <= last) {
+    while (fm_walk_inside(walk) && walk.t <= last && reads < FM_WALK_READS) {
         int level = FM_LEAST(joint, head.levels);  // of the lowest node on the path that holds the cell
         fm_uint node = 1u;
         bool fresh = false;

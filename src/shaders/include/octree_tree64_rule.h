@@ -35,7 +35,7 @@ FM_RULE fm_octree_met fm_cast_tree64(fm_octree_head head, fm_v3 origin, fm_v3 wa
     bool fresh = true;  // these are not read yet
     bool thin = false;  // it has no third word
     fm_uint number_at = 0u;
-    while (fm_walk_inside(walk) && walk.t <= last) {
+    while (fm_walk_inside(walk) && walk.t <= last && reads < FM_WALK_READS) {
         bool there = true;
         if (joint > level) {
             level = FM_LEAST((joint + 1) / 2 * 2, head.levels);

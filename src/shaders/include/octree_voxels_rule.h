@@ -11,7 +11,7 @@ FM_RULE fm_octree_met fm_cast_voxels(fm_octree_head head, fm_v3 origin, fm_v3 wa
     fm_uint children[FM_WALK_LEVELS];  // of the nodes on the path, by level
     fm_uint reads = 0u;
     int joint = head.levels + 1;
-    while (fm_walk_inside(walk) && walk.t <= last) {
+    while (fm_walk_inside(walk) && walk.t <= last && reads < FM_WALK_READS) {
         int level = FM_LEAST(joint, head.levels + 1) - 1;
         fm_uint word = level == head.levels ? FM_WORD(head.words, fm_walk_top(head, walk))
                                             : FM_WORD(head.words, children[level + 1] + fm_walk_child(walk, level, 1));

@@ -10,6 +10,8 @@
 
 #include "octree_rule.h"
 
+// A ray that has read so much has met nothing: no file keeps one going. Between two reads there are few steps, within one node.
+#define FM_WALK_READS 131072u
 #define FM_WALK_LEVELS 21  // levels that a path may have: the finest is 0, top cells are of 20 at most
 
 #ifdef __STDC__
