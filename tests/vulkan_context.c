@@ -148,8 +148,9 @@ static void test_transfer(fm_context *context, uint32_t bytes) {
 }
 
 static fm_memory memory_of(fm_context *context, const char *purpose) {
-    fm_memory rows[16];
-    uint32_t count = 16;
+    enum { MOST = 32 };
+    fm_memory rows[MOST];
+    uint32_t count = MOST;
     CHECK_OK(fm_context_memory(context, &count, rows));
     for (uint32_t i = 0; i < count; i++) {
         if (rows[i].device && strcmp(rows[i].purpose, purpose) == 0) {

@@ -5,7 +5,7 @@
 #                                      PREFIX with BUILD's compiler and options
 #   run.sh cmake BUILD PREFIX          builds and runs the consumer by find_package
 #   run.sh pkg-config BUILD PREFIX     ... by pkg-config, static or shared as PREFIX is
-#   run.sh readme BUILD PREFIX         builds and runs the C program that README.md prints, with the command that it prints
+#   run.sh readme BUILD PREFIX         builds and runs the C programs that README.md prints, with the command that it prints
 #   run.sh symbols BUILD PREFIX        the library defines no name but fm_*, for a program may have any other
 #   run.sh program BUILD PREFIX        runs the installed command-line program, and the painting program where BUILD has it
 set -eu
@@ -66,10 +66,15 @@ pkg-config)
     "$work/consumer"
     ;;
 readme)
-    # The first block fenced as C, and the one line that compiles it.
-    sed -n '/^```c$/,/^```$/{/^```/!p}' README.md >"$work/nearest.c"
+    # The first two blocks fenced as C, and the one line that compiles the first.
+    block() {
+        awk -v wanted="$1" '/^```c$/ { on = ++count == wanted; next } /^```$/ { on = 0 } on' README.md
+    }
+    block 1 >"$work/nearest.c"
+    block 2 >"$work/turning.c"
     command=$(grep '^cc .*nearest\.c' README.md)
     [ -s "$work/nearest.c" ]
+    [ -s "$work/turning.c" ]
     [ -n "$command" ]
     cc() {
         $CC -std=c11 -Wall -Wextra -Wpedantic -Werror "$@"
@@ -78,8 +83,13 @@ readme)
         cd "$work"
         eval "$command"
         ./nearest >nearest.txt
+        eval "$(echo "$command" | sed 's/nearest/turning/g')"
+        # The reader's mesh is not there.
+        rm -f part.stl
+        ! ./turning 2>turning.txt
+        grep -q part.stl turning.txt
     )
-    # What it prints stands in the block fenced as text that follows.
+    # What the first prints stands in the block fenced as text that follows.
     sed -n '/^```c$/,${/^```text$/,/^```$/{/^```/!p}}' README.md | diff - "$work/nearest.txt"
     ;;
 symbols)
