@@ -529,6 +529,17 @@ static void failing_reads(const uint8_t *bytes, size_t size) {
     if (CHECK_OK(open_changed(copy, size, &desc, &stream))) {
         check_failing(stream, 10, "part");
     }
+    // A directory that tells of every part in another's place.
+    const size_t begin = size - fm_fmo_directory_bytes(count);
+    memcpy(copy, bytes, size);
+    for (uint64_t part = 0; part < count; part++) {
+        memcpy(copy + begin + part * sizeof *rows, &rows[count - 1 - part], sizeof *rows);
+    }
+    const uint32_t sum = (uint32_t)crc32_z(0, copy + begin, count * sizeof *rows);
+    memcpy(copy + begin + count * sizeof *rows, &sum, sizeof sum);
+    if (CHECK_OK(open_changed(copy, size, &desc, &stream))) {
+        check_failing(stream, 10, "its place among the parts");
+    }
     free(copy);
     free(rows);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "render/octree_loader.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <string.h>
@@ -10,6 +11,7 @@ struct fm_octree_loader {
     int file;
     const char *name;
     fm_octree_info like;
+    fm_octree_grid grid;
     uint8_t *marks;
     uint64_t marks_bytes;
     pthread_t thread;
@@ -25,6 +27,22 @@ static bool alike(const fm_octree_info *a, const fm_octree_info *b) {
     return a->kind == b->kind && a->code == b->code && a->attribute == b->attribute && a->sign == b->sign;
 }
 
+// Whether a part's box is its cube and no more than a border of cells around it.
+static bool in_place(const fm_octree_grid *grid, uint64_t part, const fm_octree_info *info) {
+    enum { MOST_BORDER = 8 };
+    const double edge = (double)grid->size;
+    const uint64_t x = (uint64_t)grid->count[0], y = (uint64_t)grid->count[1];
+    const uint64_t place[3] = {part % x, part / x % y, part / x / y};
+    bool good = true;
+    for (int axis = 0; axis < 3; axis++) {
+        const double low = (double)grid->origin[axis] + (double)place[axis] * edge, high = low + edge;
+        const double slack = 1e-3 * edge + 1e-5 * fmax(fabs(low), fabs(high)), border = MOST_BORDER * info->cell + slack;
+        const double below = low - (double)info->low[axis], above = (double)info->high[axis] - high;
+        good = good && below >= -slack && below <= border && above >= -slack && above <= border;
+    }
+    return good;
+}
+
 static fm_result read_part(const fm_octree_loader *loader, fm_octree_load *load) {
     char name[200];
     fm_fmo_header header;
@@ -34,6 +52,9 @@ static fm_result read_part(const fm_octree_loader *loader, fm_octree_load *load)
     if (header.header_sum != load->row.header_sum || header.image_bytes != load->row.bytes ||
         !alike(&load->numbers.info, &loader->like)) {
         return fm_fail(FM_ERROR_FORMAT, "%s: is not the one that the directory tells of: the file is damaged", name);
+    }
+    if (!in_place(&loader->grid, load->part, &load->numbers.info)) {
+        return fm_fail(FM_ERROR_FORMAT, "%s: its box is not that of its place among the parts: the file is damaged", name);
     }
     const uint64_t marks = fm_octree_marks(&load->numbers);
     memset(loader->marks, 0, marks);
@@ -62,13 +83,14 @@ static void *work(void *user) {
     return NULL;
 }
 
-fm_result fm_octree_loader_create(const fm_allocator *allocator, int file, const char *name, const fm_octree *like, uint64_t most,
-                                  fm_octree_loader **result) {
+fm_result fm_octree_loader_create(const fm_allocator *allocator, int file, const char *name, const fm_octree *like,
+                                  const fm_octree_grid *grid, uint64_t most, fm_octree_loader **result) {
     fm_octree_loader *loader = fm_alloc_zero(allocator, sizeof *loader, "the loader of an octree's parts");
     if (!loader) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
-    *loader = (fm_octree_loader){.allocator = allocator, .file = file, .name = name, .like = like->info, .marks_bytes = most};
+    *loader = (fm_octree_loader){
+        .allocator = allocator, .file = file, .name = name, .like = like->info, .grid = *grid, .marks_bytes = most};
     pthread_mutex_init(&loader->lock, NULL);
     pthread_cond_init(&loader->asked, NULL);
     pthread_cond_init(&loader->done, NULL);

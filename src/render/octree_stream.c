@@ -108,7 +108,8 @@ static fm_result open_parts(fm_octree_stream *stream, float fade_ms) {
     r->rows = stream->rows;
     r->fade_ms = fade_ms;
     FM_TRY(fm_residents_create(r));
-    FM_TRY(fm_octree_loader_create(&stream->context->allocator, stream->file, stream->name, stream->coarse, most, &r->loader));
+    FM_TRY(fm_octree_loader_create(&stream->context->allocator, stream->file, stream->name, stream->coarse, &stream->grid, most,
+                                   &r->loader));
     stream->fixed += stream->context->gpu ? fm_octree_store_tables(r->count) : r->count * sizeof *r->table;
     FM_TRY(place_coarse(stream));
     if (stream->fixed > stream->budget) {
