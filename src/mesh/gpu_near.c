@@ -120,26 +120,30 @@ static fm_result record_crossings(fm_sdf_job *j, fm_slot *slot, const near_layou
     return fm_gpu_voxelize_inside(j->gpu, slot, &job, l->counts, "sign");
 }
 
-static fm_result record_near(const fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
-    fm_near_push push = {.mesh = j->push.mesh,
-                         .bits = j->push.scratch + FM_SDF_HEADER_BYTES,
-                         .lists = j->push.scratch + l->lists,
-                         .grid = block_grid(j->plan, l->blocks),
-                         .row_words = (uint32_t)l->row_words};
+fm_result fm_gpu_near_mark(fm_gpu *gpu, fm_slot *slot, fm_near_push *push, float reach, fm_buffer *lists, uint64_t lists_at) {
     for (int axis = 0; axis < 3; axis++) {
-        push.reach[axis] = (float)mark_reach(j->plan) * push.grid.scale[axis];
+        push->reach[axis] = reach * push->grid.scale[axis];
     }
     uint32_t constants[] = {false};
     const fm_triangle_work work = {.small = FM_KERNEL_MESH_NEAR,
                                    .large = FM_KERNEL_MESH_NEAR_LARGE,
                                    .constants = constants,
                                    .constant_count = 1,
-                                   .push = &push,
-                                   .push_bytes = sizeof push,
-                                   .triangle_count = push.mesh.triangle_count,
-                                   .lists = j->scratch,
-                                   .lists_at = l->lists};
-    return fm_gpu_triangles(j->gpu, slot, &work);
+                                   .push = push,
+                                   .push_bytes = sizeof *push,
+                                   .triangle_count = push->mesh.triangle_count,
+                                   .lists = lists,
+                                   .lists_at = lists_at};
+    return fm_gpu_triangles(gpu, slot, &work);
+}
+
+static fm_result record_near(const fm_sdf_job *j, fm_slot *slot, const near_layout *l) {
+    fm_near_push push = {.mesh = j->push.mesh,
+                         .bits = j->push.scratch + FM_SDF_HEADER_BYTES,
+                         .lists = j->push.scratch + l->lists,
+                         .grid = block_grid(j->plan, l->blocks),
+                         .row_words = (uint32_t)l->row_words};
+    return fm_gpu_near_mark(j->gpu, slot, &push, (float)mark_reach(j->plan), j->scratch, l->lists);
 }
 
 static fm_result dispatch(const fm_sdf_job *j, fm_slot *slot, fm_kernel kernel, uint64_t groups) {

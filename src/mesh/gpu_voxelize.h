@@ -34,6 +34,9 @@ typedef struct fm_triangle_work {
 uint64_t fm_voxelize_list_bytes(uint64_t triangles);
 // Begins with a barrier and ends without one.
 fm_result fm_gpu_triangles(fm_gpu *gpu, fm_slot *slot, const fm_triangle_work *work);
+// gpu_near.c: marks the blocks that triangles come nearer to than `reach`, in world units, which is filled in in `push`'s. `lists`
+// is where push->lists is. Begins and ends likewise.
+fm_result fm_gpu_near_mark(fm_gpu *gpu, fm_slot *slot, fm_near_push *push, float reach, fm_buffer *lists, uint64_t lists_at);
 // Fewest bytes that it must move.
 uint64_t fm_voxelize_bytes(const fm_voxelize_job *job);
 // Records the surface's voxels, all others cleared. What is needed of the mesh must be visible; a barrier or the end of the pass

@@ -252,20 +252,7 @@ static fm_result mark_blocks(fm_gpu_build *b) {
                          .lists = address(b, FM_BUILD_NEAR) + b->lists_at,
                          .grid = fm_voxel_grid_of(&desc),
                          .row_words = (uint32_t)fm_div_up(b->blocks[0], 32)};
-    for (int axis = 0; axis < 3; axis++) {
-        push.reach[axis] = b->plan.reach * push.grid.scale[axis];
-    }
-    uint32_t constants[] = {false};
-    const fm_triangle_work work = {.small = FM_KERNEL_MESH_NEAR,
-                                   .large = FM_KERNEL_MESH_NEAR_LARGE,
-                                   .constants = constants,
-                                   .constant_count = 1,
-                                   .push = &push,
-                                   .push_bytes = sizeof push,
-                                   .triangle_count = push.mesh.triangle_count,
-                                   .lists = b->buffers[FM_BUILD_NEAR],
-                                   .lists_at = b->lists_at};
-    FM_TRY(fm_gpu_triangles(b->gpu, b->slot, &work));
+    FM_TRY(fm_gpu_near_mark(b->gpu, b->slot, &push, b->plan.reach, b->buffers[FM_BUILD_NEAR], b->lists_at));
     fm_commands_barrier(b->gpu, b->slot);
     return FM_OK;
 }

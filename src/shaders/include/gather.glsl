@@ -117,7 +117,7 @@ void gather_try(fm_address records, uint from, uint found, gather_place place, i
     }
 }
 
-// Tries what was found, and says how far from the middle anything that could be nearer is at most.
+// Tries what was found, and says how far from the places' box anything that could be nearer is at most.
 float gather_flush(fm_address records, gather_slice s, uint found, gather_place place, inout mesh_nearest best) {
     if (gl_SubgroupInvocationID == 0) {
         gather_far[s.number] = 0;
@@ -129,7 +129,7 @@ float gather_flush(fm_address records, gather_slice s, uint found, gather_place 
     return uintBitsToFloat(gather_far[s.number]);
 }
 
-// A disc around a triangle. False: it is farther from the middle than `far`.
+// A disc around a triangle. False: it is farther from the places' box than `far`.
 bool gather_disc(fm_address records, uint record, gather_place place, float far, out vec4 sphere, out vec3 normal) {
     vec3 a, b, c;
     uint triangle = bvh_record(records, record, a, b, c);
