@@ -171,30 +171,83 @@ static void wrong_header(fm_context *context, const uint8_t *bytes, size_t size)
     WRONG_HEADER(uint64_t, image_bytes, size + FM_FMO_PAGE, "truncated");
     WRONG_HEADER(uint64_t, image_bytes, size - FM_FMO_PAGE, "section");
     WRONG_HEADER(uint64_t, image_bytes, size - 1, "truncated");
-    WRONG_HEADER(double, cell, 0, "cell");
-    WRONG_HEADER(double, cell, -1, "cell");
-    WRONG_HEADER(double, cell, (double)NAN, "cell");
-    WRONG_HEADER(double, cell, 1e-60, "cell");
-    WRONG_HEADER(double, cell, 1e-40, "cell");
-    WRONG_HEADER(double, cell, 1e38, "not within");
-    WRONG_HEADER(double, cell, 1e300, "cell");
-    WRONG_HEADER(float, cutoff, 0, "cutoff");
-    WRONG_HEADER(float, cutoff, INFINITY, "cutoff");
+    WRONG_HEADER(uint64_t, image_bytes, 0, "truncated");
+    WRONG_HEADER(uint32_t, size, 0, "size 0");
+    WRONG_HEADER(uint32_t, size, (1 << 20) + 1, "size 1048577");
+    static const double cells[] = {0, -1, (double)NAN, 1e-60, 1e-40, 1e-300, 0x1p-1074, 4e-19, 1e19, 1e38, 1e300, (double)INFINITY};
+    for (size_t i = 0; i < sizeof cells / sizeof *cells; i++) {
+        WRONG_HEADER(double, cell, cells[i], "cell");
+    }
+    fm_fmo_header header;
+    memcpy(&header, bytes, sizeof header);
+    WRONG_HEADER(double, cell, header.cell * 1.05, "is not that of");
+    WRONG_HEADER(double, cell, header.cell * 0.95, "is not that of");
+    static const float cutoffs[] = {0, -1, INFINITY, NAN, 1e-44f, 1e30f, 7};  // the diagonal is 3.82
+    for (size_t i = 0; i < sizeof cutoffs / sizeof *cutoffs; i++) {
+        WRONG_HEADER(float, cutoff, cutoffs[i], "cutoff");
+    }
+    WRONG_HEADER(float, threshold, NAN, "threshold");
+    WRONG_HEADER(float, band, INFINITY, "band");
     WRONG_HEADER(double, origin, (double)NAN, "box");
-    WRONG_HEADER(double, origin, 1e300, "box");
-    WRONG_HEADER(double, origin, 1000, "not within");
+    WRONG_HEADER(double, origin, 1e300, "farthest");
+    WRONG_HEADER(double, origin, -3e18, "farthest");
+    WRONG_HEADER(double, origin, 0x1p-1074, "is not that of");
+    WRONG_HEADER(double, origin, 1000, "is not that of");
     WRONG_HEADER(float, low[1], NAN, "axis 1");
     WRONG_HEADER(float, low[2], 5, "axis 2");
+    WRONG_HEADER(float, low[2], -3e18f, "farthest");
     WRONG_HEADER(float, high[0], -INFINITY, "axis 0");
-    WRONG_HEADER(float, high[0], 1000, "not within");
+    WRONG_HEADER(float, high[0], 3e38f, "farthest");
+    WRONG_HEADER(float, high[0], 1000, "is not that of");
     WRONG_HEADER(uint32_t, cells[0], 0, "cells");
     WRONG_HEADER(uint32_t, cells[0], 1 << 21, "cells");
+    WRONG_HEADER(uint64_t, internal, UINT64_MAX, "so many nodes");
+    WRONG_HEADER(uint64_t, empty, UINT64_MAX, "so many nodes");
+    WRONG_HEADER(uint64_t, unshared_bytes, 1ull << 63, "so many nodes");
+    WRONG_HEADER(uint64_t, leaves[0], 1ull << 60, "so many nodes");
+    WRONG_HEADER(uint64_t, leaves[23], 1, "so many nodes");
+    WRONG_HEADER(double, code_error, (double)NAN, "so many nodes");
+    WRONG_HEADER(double, code_error, -1, "so many nodes");
     WRONG_HEADER(uint32_t, parts[0], 1, "parts");
     WRONG_HEADER(uint32_t, part_cells, 8, "parts");
     WRONG_HEADER(double, part_edge, 1, "parts");
     WRONG_HEADER(uint32_t, top[1], 0, "top grid");
     WRONG_HEADER(uint32_t, top[1], UINT32_MAX, "top grid");
     WRONG_HEADER(uint32_t, top[1], 1 << 20, "top grid");
+}
+
+// Top grids of 2^31 cells and more, of which places are counted in 32 bits, and sections whose sum wraps around to a header without
+// an image: numbers that agree with each other.
+static void wrong_together(fm_context *context, const uint8_t *bytes, size_t size) {
+    uint8_t *copy = malloc(size);
+    fm_fmo_header header;
+    memcpy(copy, bytes, size);
+    memcpy(&header, bytes, sizeof header);
+    const float end = header.low[0] + (float)((1 << 14) * header.cell);
+    header.levels = 3;
+    for (int axis = 0; axis < 3; axis++) {
+        header.low[axis] = header.low[0];
+        header.origin[axis] = header.origin[0];
+        header.high[axis] = end;
+        header.cells[axis] = 1 << 14;
+        header.top[axis] = 1 << 11;
+    }
+    memset(header.leaves, 0, sizeof header.leaves);
+    memcpy(copy, &header, sizeof header);
+    made_seal(copy, size);
+    CHECK_FAILS(read_bytes(context, copy, size), FM_ERROR_FORMAT);
+    CHECK(strstr(fm_last_error(), "fewer than 2^31") != NULL);
+    memcpy(copy, bytes, size);
+    memcpy(&header, bytes, sizeof header);
+    header.image_bytes = 0;
+    header.sections = header.parts[0] = header.parts[1] = header.parts[2] = header.part_cells = 1;
+    header.part_edge = (double)header.high[0] - (double)header.low[0];
+    memcpy(copy, &header, sizeof header);
+    const fm_fmo_section section = {.name = FM_FMO_WORDS, .element = 4, .offset = FM_FMO_PAGE, .bytes = UINT64_MAX - 4095};
+    memcpy(copy + sizeof header, &section, sizeof section);
+    fm_fmo_seal(copy);
+    CHECK_FAILS(read_bytes(context, copy, size), FM_ERROR_FORMAT);
+    free(copy);
 }
 
 static size_t bytes_of_values(const uint8_t *bytes) {
@@ -504,6 +557,83 @@ static void places(fm_context *context) {
     io_clear();
 }
 
+typedef struct measured {
+    size_t now, most;
+} measured;
+
+static void *measured_alloc(void *user, size_t size, size_t alignment) {
+    measured *m = user;
+    void *memory = NULL;
+    m->now += size;
+    m->most = m->now > m->most ? m->now : m->most;
+    return posix_memalign(&memory, alignment, size) == 0 ? memory : NULL;
+}
+
+static void measured_free(void *user, void *memory, size_t size) {
+    ((measured *)user)->now -= size;
+    free(memory);
+}
+
+static void pack(const char *path, const uint8_t *bytes, size_t size, size_t zeros) {
+    static const uint8_t nothing[1 << 16];
+    gzFile packed = gzopen(path, "wb");
+    CHECK(gzwrite(packed, bytes, (unsigned)size) == (int)size);
+    for (size_t done = 0; done < zeros; done += sizeof nothing) {
+        CHECK(gzwrite(packed, nothing, sizeof nothing) == (int)sizeof nothing);
+    }
+    CHECK(gzclose(packed) == Z_OK);
+}
+
+// Of a gzipped file no more is unpacked than its header says, and a header that says more than the file can hold is refused before
+// memory is taken. Of a file with parts the coarse octree is all.
+static void bombs(void) {
+    enum { ZEROS = 1 << 28, MOST = 1 << 21 };
+    measured m = {0, 0};
+    const fm_allocator allocator = {measured_alloc, measured_free, &m};
+    const fm_context_desc desc = {.backend = FM_BACKEND_CPU, .threads = 1, .allocator = &allocator};
+    fm_context *context = NULL;
+    if (!CHECK_OK(fm_context_create(&desc, &context))) {
+        return;
+    }
+    size_t size = 0;
+    uint8_t *bytes = made_file(context, &kinds[0], &size);
+    const char *path = io_path("bomb.fmo.gz");
+    fm_octree *read = NULL;
+    m.most = m.now;
+    pack(path, bytes, size, ZEROS);
+    CHECK_FAILS(fm_octree_read(context, path, &read), FM_ERROR_FORMAT);
+    CHECK(strstr(fm_last_error(), "after its last element") != NULL);
+    fm_fmo_header header;
+    memcpy(&header, bytes, sizeof header);
+    header.parts[0] = header.parts[1] = header.parts[2] = header.part_cells = 1;
+    header.part_edge = (double)header.high[0] - (double)header.low[0];
+    memcpy(bytes, &header, sizeof header);
+    made_seal(bytes, size);
+    pack(path, bytes, size, ZEROS);
+    if (CHECK_OK(fm_octree_read(context, path, &read))) {
+        CHECK(read->info.parts == 1 && read->mapped_bytes == size);
+    }
+    fm_octree_destroy(read);
+    read = NULL;
+    CHECK(m.most < MOST);
+    // Sections that reach to 2^40, as the header says.
+    fm_fmo_section section;
+    uint8_t *last = bytes + sizeof header + (header.sections - 1) * sizeof section;
+    memcpy(&section, last, sizeof section);
+    section.bytes = (1ull << 40) - section.offset;
+    memcpy(last, &section, sizeof section);
+    header.image_bytes = 1ull << 40;
+    memcpy(bytes, &header, sizeof header);
+    fm_fmo_seal(bytes);
+    pack(path, bytes, size, 0);
+    CHECK_FAILS(fm_octree_read(context, path, &read), FM_ERROR_FORMAT);
+    CHECK(strstr(fm_last_error(), "needs 1099511627776 bytes") != NULL && read == NULL && m.most < MOST);
+    free(bytes);
+    fm_context_destroy(context);
+    CHECK(m.now == 0);
+    io_clear();
+}
+
 static fm_result attempt(fm_context *context, void *user) {
     fm_octree *octree = NULL;
     fm_result result = fm_octree_read(context, user, &octree);
@@ -528,6 +658,7 @@ int main(void) {
             truncated(context, bytes, size);
             one_bit(context, bytes, size);
             wrong_header(context, bytes, size);
+            wrong_together(context, bytes, size);
         }
         if (kinds[i].kind <= FM_OCTREE_VOXELS) {
             wrong_nodes(context, bytes, size);
@@ -542,6 +673,7 @@ int main(void) {
     long_rays(context, FM_OCTREE_DAG);
     long_rays(context, FM_OCTREE_TREE64);
     places(context);
+    bombs();
     fm_octree *octree = made_octree(context, &kinds[1], 5);
     char path[512];
     snprintf(path, sizeof path, "%s", io_path("in.fmo"));

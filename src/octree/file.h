@@ -76,6 +76,9 @@ fm_result fm_fmo_place(fm_output *output, fm_result result);
 // Sets the sums of a first page.
 void fm_fmo_seal(uint8_t page[FM_FMO_PAGE]);
 
+// file_header.c: whether the numbers of a header go together, and are such that casts can count with them.
+fm_result fm_fmo_check_header(const fm_fmo_header *header, const char *name);
+
 // file_read.c. Fills an octree's numbers, whose arrays then point into the image: aligned to 8 bytes, `bytes` at hand, of which
 // `header->image_bytes` are the image's. Checks what can be checked without looking at the sections. `name` is for messages.
 fm_result fm_fmo_open_image(const uint8_t *image, uint64_t bytes, const char *name, fm_octree *octree, fm_fmo_header *header);
@@ -90,7 +93,9 @@ typedef struct fm_fmo_memory {
     void (*release)(fm_octree *octree);
 } fm_fmo_memory;
 
-void fm_fmo_free_image(fm_octree *octree);  // releases what was taken from the context's allocator and counted
+// Memory from the context's allocator, counted among its octrees.
+fm_result fm_fmo_take_image(fm_context *context, uint64_t bytes, fm_fmo_memory *memory);
+void fm_fmo_release(fm_context *context, const fm_fmo_memory *memory);  // of which no octree has been made
 
 // An octree of checked numbers that keeps the memory.
 fm_result fm_fmo_keep_image(fm_context *context, const fm_fmo_memory *memory, const fm_octree *numbers, fm_octree **octree);

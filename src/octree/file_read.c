@@ -4,15 +4,11 @@
 #include "octree/file.h"
 
 #include <fcntl.h>
-#include <math.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
-
-enum { MOST_CELLS = 1 << 20, MOST_LEVELS = 20 };
-static const uint64_t MOST_BYTES = 1ull << 48;  // of a file that cannot be mapped
 
 static fm_result check_start(const uint8_t *image, uint64_t bytes, const char *name, fm_fmo_header *header) {
     if (bytes < sizeof header->magic || memcmp(image, FM_FMO_MAGIC, sizeof header->magic) != 0) {
@@ -30,90 +26,9 @@ static fm_result check_start(const uint8_t *image, uint64_t bytes, const char *n
         header->table_sum != crc32_z(0, image + sizeof *header, FM_FMO_PAGE - sizeof *header)) {
         return fm_fail(FM_ERROR_FORMAT, "%s: the checksum of its header is wrong: the file is damaged, get it again", name);
     }
-    if (header->image_bytes > bytes || header->image_bytes % FM_FMO_PAGE != 0) {
+    if (header->image_bytes < FM_FMO_PAGE || header->image_bytes > bytes || header->image_bytes % FM_FMO_PAGE != 0) {
         return fm_fail(FM_ERROR_FORMAT, "%s: has %llu bytes of %llu: the file is truncated, get it again", name,
                        (unsigned long long)bytes, (unsigned long long)header->image_bytes);
-    }
-    return FM_OK;
-}
-
-static fm_result check_words(const fm_fmo_header *header, const char *name) {
-    if (header->kind >= FM_OCTREE_KINDS || header->method > FM_OCTREE_GROWN || header->code > FM_OCTREE_FLOATS ||
-        header->attribute > FM_OCTREE_TEXTURE || header->sign > FM_SIGN_NONE || header->shared > 1) {
-        return fm_fail(FM_ERROR_FORMAT,
-                       "%s: header: kind %u, method %u, code %u, attribute %u, sign %u, shared %u: one of them is not known", name,
-                       header->kind, header->method, header->code, header->attribute, header->sign, header->shared);
-    }
-    if (header->levels < 1 || header->levels > MOST_LEVELS) {
-        return fm_fail(FM_ERROR_FORMAT, "%s: header: %u levels: 1 to %d are possible", name, header->levels, MOST_LEVELS);
-    }
-    if (header->sections > FM_FMO_MOST_SECTIONS) {
-        return fm_fail(FM_ERROR_FORMAT, "%s: header: %u sections: at most %d are possible", name, header->sections,
-                       FM_FMO_MOST_SECTIONS);
-    }
-    return FM_OK;
-}
-
-static fm_result check_axis(const fm_fmo_header *header, const char *name, int axis) {
-    const double width = ldexp(header->cell, (int)header->levels);
-    const double low = (double)header->low[axis], high = (double)header->high[axis], origin = header->origin[axis];
-    if (!isfinite(origin) || !isfinite(low) || !isfinite(high) || !isfinite((float)origin) || !(low < high)) {
-        return fm_fail(FM_ERROR_FORMAT, "%s: header: the box runs from %g to %g along axis %d", name, low, high, axis);
-    }
-    if (header->cells[axis] < 1 || header->cells[axis] > MOST_CELLS ||
-        header->top[axis] != fm_div_up(header->cells[axis], 1ull << header->levels)) {
-        return fm_fail(FM_ERROR_FORMAT, "%s: header: %u cells along axis %d in a top grid of %u of 2^%u each", name,
-                       header->cells[axis], axis, header->top[axis], header->levels);
-    }
-    const double slack = 1e-3 * header->cell + 1e-6 * fmax(fabs(low), fabs(high));
-    const double end = origin + header->top[axis] * width;
-    if (low < origin - slack || high > end + slack || !isfinite((float)end)) {
-        return fm_fail(FM_ERROR_FORMAT, "%s: header: the box from %g to %g along axis %d is not within the grid", name, low, high,
-                       axis);
-    }
-    return FM_OK;
-}
-
-static fm_result check_grid(const fm_fmo_header *header, const char *name) {
-    if (!(header->cell > 0) || !isnormal((float)header->cell) || !(header->cutoff > 0) || !isfinite(header->cutoff) ||
-        !isfinite(header->threshold) || !isfinite(header->band)) {
-        return fm_fail(FM_ERROR_FORMAT,
-                       "%s: header: cell %g, cutoff %g, threshold %g, band %g: finite numbers, the first two above 0, are possible",
-                       name, header->cell, (double)header->cutoff, (double)header->threshold, (double)header->band);
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        FM_TRY(check_axis(header, name, axis));
-    }
-    return FM_OK;
-}
-
-// As many parts as there are cover the box, and no fewer would, but for what rounding and the coarse cells may hide.
-static bool parts_cover(const fm_fmo_header *header) {
-    bool good = isnormal((float)header->part_edge);
-    for (int axis = 0; axis < 3; axis++) {
-        const double extent = (double)header->high[axis] - (double)header->low[axis];
-        const double slack = header->cell + 1e-3 * extent, parts = header->parts[axis];
-        good = good && parts * header->part_edge >= extent - slack && (parts - 1) * header->part_edge <= extent + slack;
-    }
-    return good;
-}
-
-static fm_result check_parts(const fm_fmo_header *header, const char *name) {
-    const uint32_t *parts = header->parts;
-    const bool any = parts[0] > 0 || parts[1] > 0 || parts[2] > 0;
-    bool good = any == (header->part_edge > 0) && isfinite((float)header->part_edge) && any == (header->part_cells > 0);
-    uint64_t count = 1;
-    for (int axis = 0; axis < 3; axis++) {
-        good = good && any == (parts[axis] > 0) && parts[axis] <= FM_FMO_MOST_ALONG;
-        count *= good ? parts[axis] : 0;
-    }
-    if (!good || count > FM_FMO_MOST_PARTS) {
-        return fm_fail(FM_ERROR_FORMAT, "%s: header: %u x %u x %u parts of %u cells, edge %g: at most %d are possible", name,
-                       parts[0], parts[1], parts[2], header->part_cells, header->part_edge, FM_FMO_MOST_PARTS);
-    }
-    if (any && !parts_cover(header)) {
-        return fm_fail(FM_ERROR_FORMAT, "%s: header: %u x %u x %u parts of edge %g do not cover the box, or too many do", name,
-                       parts[0], parts[1], parts[2], header->part_edge);
     }
     return FM_OK;
 }
@@ -213,9 +128,7 @@ static void fill(const fm_fmo_header *header, fm_octree *octree) {
 
 fm_result fm_fmo_open_image(const uint8_t *image, uint64_t bytes, const char *name, fm_octree *octree, fm_fmo_header *header) {
     FM_TRY(check_start(image, bytes, name, header));
-    FM_TRY(check_words(header, name));
-    FM_TRY(check_grid(header, name));
-    FM_TRY(check_parts(header, name));
+    FM_TRY(fm_fmo_check_header(header, name));
     *octree = (fm_octree){.version = 0};
     fill(header, octree);
     fm_octree_size_arrays(octree);
@@ -245,7 +158,7 @@ static void unmap(fm_octree *octree) {
     munmap(octree->mapped, octree->mapped_bytes);
 }
 
-void fm_fmo_free_image(fm_octree *octree) {
+static void free_image(fm_octree *octree) {
     fm_meter_remove(&octree->context->host[FM_PURPOSE_OCTREES], octree->mapped_bytes);
     fm_free(&octree->context->allocator, octree->mapped, octree->mapped_bytes);
 }
@@ -274,13 +187,47 @@ static bool map(const char *path, void **memory, uint64_t *bytes) {
     return true;
 }
 
-static fm_result slurp(fm_context *context, const char *path, void **memory, uint64_t *bytes) {
+fm_result fm_fmo_take_image(fm_context *context, uint64_t bytes, fm_fmo_memory *memory) {
+    *memory = (fm_fmo_memory){.bytes = bytes, .release = free_image};
+    memory->data = fm_alloc(&context->allocator, bytes, "an octree");
+    if (!memory->data) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    fm_meter_add(&context->host[FM_PURPOSE_OCTREES], bytes);
+    return FM_OK;
+}
+
+void fm_fmo_release(fm_context *context, const fm_fmo_memory *memory) {
+    fm_octree holder = {.context = context, .mapped = memory->data, .mapped_bytes = memory->bytes};
+    memory->release(&holder);
+}
+
+// The image that a pipe or a gzipped file begins with, and no more of it than its header says: that must agree with the file's
+// size before memory is taken, and behind a plain one nothing may come.
+static fm_result read_stream(fm_context *context, fm_input *input, const char *path, fm_fmo_memory *memory) {
+    _Alignas(8) uint8_t page[FM_FMO_PAGE];
+    const uint8_t *start;
+    size_t bytes;
+    fm_octree numbers;
+    fm_fmo_header header;
+    FM_TRY(fm_input_peek(input, sizeof page, &start, &bytes));
+    memcpy(page, start, bytes);
+    FM_TRY(fm_fmo_open_image(page, bytes < sizeof page ? bytes : UINT64_MAX, path, &numbers, &header));
+    FM_TRY(fm_input_require(input, header.image_bytes, "an octree"));
+    FM_TRY(fm_fmo_take_image(context, header.image_bytes, memory));
+    fm_result result = fm_input_read(input, memory->data, memory->bytes, "an octree");
+    result = result == FM_OK && header.parts[0] == 0 ? fm_input_expect_end(input) : result;
+    if (result != FM_OK) {
+        fm_fmo_release(context, memory);
+    }
+    return result;
+}
+
+static fm_result slurp(fm_context *context, const char *path, fm_fmo_memory *memory) {
     fm_input *input = NULL;
-    uint8_t *data = NULL;
     FM_TRY(fm_input_open(&context->allocator, path, &input));
-    const fm_result result = fm_input_slurp(input, MOST_BYTES, &data, bytes);
+    const fm_result result = read_stream(context, input, path, memory);
     fm_input_close(input);
-    *memory = data;
     return result;
 }
 
@@ -336,14 +283,11 @@ fm_result fm_octree_read(fm_context *context, const char *path, fm_octree **resu
     }
     fm_fmo_memory memory = {.release = unmap};
     if (!map(path, &memory.data, &memory.bytes)) {
-        FM_TRY(slurp(context, path, &memory.data, &memory.bytes));
-        memory.release = fm_fmo_free_image;
-        fm_meter_add(&context->host[FM_PURPOSE_OCTREES], memory.bytes);
+        FM_TRY(slurp(context, path, &memory));
     }
     const fm_result status = fm_fmo_read_image(context, &memory, path, result);
     if (status != FM_OK) {
-        fm_octree holder = {.context = context, .mapped = memory.data, .mapped_bytes = memory.bytes};
-        memory.release(&holder);
+        fm_fmo_release(context, &memory);
     }
     return status;
 }

@@ -25,8 +25,8 @@ static fm_result check_numbers(const fm_octree_desc *desc) {
     if (isnan(desc->threshold)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "threshold is no number");
     }
-    if (desc->band != 0 && !(desc->band >= 1 && desc->band <= 3.5f)) {
-        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "band is %g: 1 to 3.5 cells, or 0 for 2 sqrt(3)", (double)desc->band);
+    if (desc->band != 0 && !(desc->band >= 0.05f && desc->band <= 3.5f)) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "band is %g: 0.05 to 3.5 cells, or 0 for 2 sqrt(3)", (double)desc->band);
     }
     for (int axis = 0; axis < 3; axis++) {
         if (!isfinite(desc->low[axis]) || !isfinite(desc->high[axis]) || desc->low[axis] > desc->high[axis]) {
@@ -63,6 +63,19 @@ static uint64_t top_count(const fm_octree_info *info, uint32_t levels, uint32_t 
     return count;
 }
 
+// What floats carry, and what reading a file of it takes.
+static fm_result check_reach(double cell, const double low[3], const double high[3]) {
+    double farthest = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        farthest = fmax(farthest, fmax(fabs(low[axis]), fabs(high[axis])));
+    }
+    if (cell < FM_OCTREE_LEAST_CELL || cell > FM_OCTREE_GREATEST_CELL || farthest > FM_OCTREE_FARTHEST) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "cells of %g in a box as far as %g: cells from %g on, and boxes as far as %g",
+                       cell, farthest, FM_OCTREE_LEAST_CELL, FM_OCTREE_FARTHEST);
+    }
+    return FM_OK;
+}
+
 static fm_result make_grid(fm_octree *octree, const double low[3], const double high[3]) {
     fm_octree_info *info = &octree->info;
     double longest = 0;
@@ -73,6 +86,7 @@ static fm_result make_grid(fm_octree *octree, const double low[3], const double 
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "the box has no volume");
     }
     info->cell = longest / octree->desc.size;
+    FM_TRY(check_reach(info->cell, low, high));
     for (int axis = 0; axis < 3; axis++) {
         const double cells = ceil((high[axis] - low[axis]) / info->cell * (1 - 1e-9));
         info->cells[axis] = (uint32_t)fmax(1, cells);

@@ -45,6 +45,12 @@ struct fm_octree {
     fm_gpu_octree *gpu;  // made when it is first needed
 };
 
+// Between these the floats of a ray neither overflow nor vanish, whatever it divides by whatever. Meshes keep to 1e18, to which a
+// box of theirs adds no more than as much again.
+#define FM_OCTREE_FARTHEST 0x1p61     // a face of the box
+#define FM_OCTREE_LEAST_CELL 0x1p-60  // 8.7e-19
+#define FM_OCTREE_GREATEST_CELL 0x1p62
+
 // octree.c
 fm_result fm_octree_check_desc(const fm_octree_desc *desc, fm_octree_desc *filled);
 // A new octree with `info` and `head` of the grid that `desc` (checked) asks for in a box; arrays empty.

@@ -207,19 +207,14 @@ fm_result fm_fmo_read_header(int file, uint64_t bytes, const char *name, fm_fmo_
 }
 
 fm_result fm_fmo_read_coarse(fm_context *context, int file, const fm_fmo_header *header, const char *name, fm_octree **octree) {
-    fm_fmo_memory memory = {.bytes = header->image_bytes, .release = fm_fmo_free_image};
-    memory.data = fm_alloc(&context->allocator, memory.bytes, "an octree");
-    if (!memory.data) {
-        return FM_ERROR_OUT_OF_HOST_MEMORY;
-    }
-    fm_meter_add(&context->host[FM_PURPOSE_OCTREES], memory.bytes);
+    fm_fmo_memory memory;
+    FM_TRY(fm_fmo_take_image(context, header->image_bytes, &memory));
     fm_result result = fm_fmo_read_at(file, 0, memory.data, memory.bytes, name);
     if (result == FM_OK) {
         result = fm_fmo_read_image(context, &memory, name, octree);
     }
     if (result != FM_OK) {
-        fm_meter_remove(&context->host[FM_PURPOSE_OCTREES], memory.bytes);
-        fm_free(&context->allocator, memory.data, memory.bytes);
+        fm_fmo_release(context, &memory);
     }
     return result;
 }
