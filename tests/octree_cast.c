@@ -40,7 +40,12 @@ static limits limits_of(const cast_case *c, const shape *s) {
     if (!s->closed) {
         return c->desc.kind == FM_OCTREE_DISTANCE ? (limits){1, 1, 90, 0.1} : (limits){0.25, 0.7, usual.angle, 0.01};
     }
-    return s->closest == shape_rod ? (limits){0.25, 0.5, 2 * usual.angle, 0.06} : usual;
+    if (s->closest == shape_rod) {
+        return (limits){0.25, 0.5, 2 * usual.angle, 0.06};
+    }
+    // Where a cell has one sheet, what is left is of the third order.
+    const bool sheets = c->desc.kind == FM_OCTREE_CLOSEST && c->epsilon >= 0 && s->closest != shape_box;
+    return sheets ? (limits){0.005, 0.03, usual.angle, usual.miss} : usual;
 }
 
 static void set_ray(fm_mesh_ray *ray, const float origin[3], const float way[3]) {
