@@ -380,7 +380,7 @@ static void wrong_nodes(fm_context *context, const uint8_t *bytes, size_t size) 
     WRONG(context, bytes, size, uint32_t, internal, count, "children begin");
     WRONG(context, bytes, size, uint32_t, internal, count - 7, "children begin");
     WRONG(context, bytes, size, uint32_t, internal, FM_NODE_EMPTY - 1, "children begin");
-    WRONG(context, bytes, size, uint32_t, internal, 0, "too deep");
+    WRONG(context, bytes, size, uint32_t, internal, 0, "the top grid's");
     // A child that is its own parent.
     WRONG(context, bytes, size, uint32_t, child, (uint32_t)(child - FM_FMO_PAGE) / 4, "too deep");
     WRONG(context, bytes, size, uint32_t, leaf, 0x80000000, "leaves");
@@ -395,6 +395,7 @@ static void wrong_nodes(fm_context *context, const uint8_t *bytes, size_t size) 
     }
     if (header.kind == FM_OCTREE_DISTANCE || header.code == FM_OCTREE_FLOATS) {
         WRONG(context, bytes, size, float, values.offset + 8, NAN, "finite");
+        WRONG(context, bytes, size, float, values.offset + 8, 1e30f, "up to");
         WRONG(context, bytes, size, float, values.offset + values.bytes - 4, INFINITY, "finite");
     }
     const size_t at = sizeof header + offsetof(fm_fmo_section, offset);
@@ -417,6 +418,15 @@ static void cast_long(fm_octree *octree) {
     if (CHECK_OK(fm_octree_cast(octree, &ray, 1, 0, &hit))) {
         CHECK(!(hit.t < INFINITY) && hit.reads >= 1 << 17 && hit.reads < (1 << 17) + 64);
     }
+}
+
+static fm_result write_and_read(const fm_octree *octree) {
+    fm_octree *read = NULL;
+    CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));
+    const fm_result result = fm_octree_read(octree->context, io_path("deep.fmo"), &read);
+    fm_octree_destroy(read);
+    io_clear();
+    return result;
 }
 
 // The same of other kinds, all of whose nodes of a level are alike; of each lowest node only the last voxel is solid.
@@ -469,61 +479,112 @@ static void long_rays(fm_context *context, fm_octree_kind kind) {
     octree->words.count = count;
     octree->values.count = kind != FM_OCTREE_DAG;
     fm_octree_counted(octree);
-    fm_octree *read = NULL;
-    if (CHECK_OK(fm_octree_write(octree, io_path("long.fmo"))) && CHECK_OK(fm_octree_read(context, io_path("long.fmo"), &read))) {
-        cast_long(read);
+    cast_long(octree);
+    if (kind == FM_OCTREE_DAG) {
+        CHECK_OK(write_and_read(octree));
+    } else {
+        CHECK_FAILS(write_and_read(octree), FM_ERROR_FORMAT);
+        CHECK(strstr(fm_last_error(), "more than one parent") != NULL);
     }
-    fm_octree_destroy(read);
     fm_octree_destroy(octree);
-    io_clear();
 }
 
 // Deep sharing: every node of a level has the same eight children. Looked at one by one they would be 8^20.
-static void shared(fm_context *context) {
-    const fm_octree_desc desc = {.kind = FM_OCTREE_VOXELS, .size = 1 << 20, .top_bytes = 4};
+static fm_octree *make_deep(fm_context *context, fm_octree_kind kind) {
+    const fm_octree_desc desc = {.kind = kind, .size = 1 << 20, .top_bytes = 4, .sign = FM_SIGN_NONE};
     static const double low[3] = {0}, high[3] = {1, 1, 1};
     fm_octree_desc filled;
     fm_octree *octree = NULL;
     if (!CHECK_OK(fm_octree_check_desc(&desc, &filled)) || !CHECK_OK(fm_octree_new(context, &filled, low, high, &octree))) {
-        return;
+        return NULL;
     }
     CHECK(octree->info.levels == 20);
-    const uint64_t count = 1 + 8ull * octree->info.levels;
-    CHECK(fm_octree_reserve(octree, &octree->words, count) && fm_octree_reserve(octree, &octree->values, 1));
+    const uint64_t count = 1 + 8ull * octree->info.levels, values = kind == FM_OCTREE_VOXELS ? 1 : 8;
+    CHECK(fm_octree_reserve(octree, &octree->words, count + 8) && fm_octree_reserve(octree, &octree->values, values));
     octree->words.count = count;
-    octree->values.count = 1;
-    memset(octree->values.data, 1, 4);
+    octree->values.count = values;
+    memset(octree->values.data, 0, 4 * values);
     for (uint64_t i = 0; i < count; i++) {
         made_word(octree, i, i < count - 8 ? (uint32_t)(1 + (i + 7) / 8 * 8) : UINT32_MAX);
     }
     fm_octree_counted(octree);
-    fm_octree *read = NULL;
-    CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));
-    CHECK_OK(fm_octree_read(context, io_path("deep.fmo"), &read));
-    fm_octree_destroy(read);
-    for (uint64_t i = count - 8; i < count - 1; i++) {
-        made_word(octree, i, FM_NODE_EMPTY);
+    return octree;
+}
+
+// After updates, and after copies that leave out what is no longer in use, octrees of voxels are still such as files may hold. One
+// begins as a node whose children are all empty.
+static void updated(fm_context *context, fm_octree_kind kind) {
+    enum { STEPS = 60 };
+    fm_octree_desc desc = {.kind = kind, .size = 160, .top_bytes = 64};
+    fm_octree *octree = made_voxels(context, &desc, 3);
+    uint64_t seed = 4, before = 0;
+    int copies = 0;
+    if (kind == FM_OCTREE_VOXELS && CHECK(fm_octree_reserve(octree, &octree->words, 8))) {
+        const uint64_t first = octree->words.count;
+        octree->words.count += 8;
+        for (uint64_t i = 0; i < 8; i++) {
+            made_word(octree, first + i, FM_NODE_EMPTY);
+        }
+        made_word(octree, 0, (uint32_t)first);
+        fm_octree *read = NULL;
+        fm_octree_counted(octree);
+        CHECK_OK(fm_octree_write(octree, io_path("empty.fmo")));
+        if (CHECK_OK(fm_octree_read(context, io_path("empty.fmo"), &read))) {
+            fm_octree_destroy(octree);
+            octree = read;
+        }
     }
-    cast_long(octree);
+    for (int i = 0; i < STEPS; i++) {
+        uint64_t own = (uint64_t)i;
+        const fm_voxel_source source = {.user = &own, .shape = {desc.size, 29, 17}, .read = made_read};
+        const int64_t x = test_between(&seed, 0, 80), y = test_between(&seed, 0, 10);
+        const fm_box box = i % 7 == 0 ? (fm_box){{0, 0, 0}, {160, 29, 17}} : (fm_box){{x, y, 0}, {x + 80, y + 19, 17}};
+        CHECK_OK(fm_octree_update_voxels(octree, &source, &box, 1));
+        copies += octree->words.count < before;
+        before = octree->words.count;
+        CHECK_OK(write_and_read(octree));
+    }
+    CHECK(copies > 0 || kind == FM_OCTREE_DAG);  // which stays small
+    fm_octree_destroy(octree);
+    io_clear();
+}
+
+static void shared(fm_context *context) {
+    fm_octree *octree = make_deep(context, FM_OCTREE_DISTANCE);
+    if (!octree) {
+        return;
+    }
+    const uint64_t count = octree->words.count;
+    CHECK_OK(write_and_read(octree));
     // Two of the root's children have what lies below in common, on levels of which one is too low for it.
-    CHECK(fm_octree_reserve(octree, &octree->words, 8));
     octree->words.count += 8;
     for (uint64_t i = 0; i < 8; i++) {
         made_word(octree, count + i, i == 0 ? 9 : i == 1 ? 1 : UINT32_MAX);
     }
     made_word(octree, 0, (uint32_t)count);
-    CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));
-    CHECK_FAILS(fm_octree_read(context, io_path("deep.fmo"), &read), FM_ERROR_FORMAT);
+    CHECK_FAILS(write_and_read(octree), FM_ERROR_FORMAT);
     made_word(octree, count + 1, 9);
-    CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));
-    CHECK_OK(fm_octree_read(context, io_path("deep.fmo"), &read));
-    fm_octree_destroy(read);
+    CHECK_OK(write_and_read(octree));
     octree->info.levels = 19;
     octree->info.top[0] = octree->info.top[1] = octree->info.top[2] = 2;
-    CHECK_OK(fm_octree_write(octree, io_path("deep.fmo")));
-    CHECK_FAILS(fm_octree_read(context, io_path("deep.fmo"), &read), FM_ERROR_FORMAT);
+    CHECK_FAILS(write_and_read(octree), FM_ERROR_FORMAT);
     fm_octree_destroy(octree);
-    io_clear();
+}
+
+// What builds of voxels do not share must not be shared: updates that copy it would never end.
+static void shared_voxels(fm_context *context) {
+    fm_octree *octree = make_deep(context, FM_OCTREE_VOXELS);
+    if (!octree) {
+        return;
+    }
+    CHECK_FAILS(write_and_read(octree), FM_ERROR_FORMAT);
+    CHECK(strstr(fm_last_error(), "more than one parent") != NULL);
+    const uint64_t count = octree->words.count;
+    for (uint64_t i = count - 8; i < count - 1; i++) {
+        made_word(octree, i, FM_NODE_EMPTY);
+    }
+    cast_long(octree);
+    fm_octree_destroy(octree);
 }
 
 static void places(fm_context *context) {
@@ -668,7 +729,11 @@ int main(void) {
         changed(context, bytes, size, (uint64_t)i, kinds[i].kind == FM_OCTREE_BRICKS);
         free(bytes);
     }
+    for (int kind = FM_OCTREE_VOXELS; kind <= FM_OCTREE_TREE64; kind++) {
+        updated(context, (fm_octree_kind)kind);
+    }
     shared(context);
+    shared_voxels(context);
     long_rays(context, FM_OCTREE_CONTOURS);
     long_rays(context, FM_OCTREE_DAG);
     long_rays(context, FM_OCTREE_TREE64);

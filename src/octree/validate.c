@@ -11,7 +11,9 @@ enum { CHILDREN = 8, MOST_LEVELS = 20 };
 typedef struct tree {
     const uint32_t *words;
     uint64_t count;   // of them
+    uint64_t top;     // of the top grid, in which no children lie: updates overwrite it
     uint64_t leaves;  // numbers that leaves may have
+    bool shared;      // siblings may have several parents
     uint8_t *marks;   // of the first of eight siblings: 1 and their height, once it is known
 } tree;
 
@@ -33,15 +35,23 @@ static bool is_internal(uint32_t word) {
 static fm_result check_word(const tree *t, uint64_t at) {
     const uint32_t word = t->words[at];
     const uint64_t leaf = (uint64_t)(uint32_t)~word;
-    if (is_internal(word) && word + (uint64_t)CHILDREN > t->count) {
-        return fm_fail(FM_ERROR_FORMAT, "node %llu: its children begin at %u, but there are %llu nodes", (unsigned long long)at,
-                       word, (unsigned long long)t->count);
+    if (is_internal(word) && (word < t->top || word + (uint64_t)CHILDREN > t->count)) {
+        return fm_fail(FM_ERROR_FORMAT,
+                       "node %llu: its children begin at %u, but there are %llu nodes, %llu of them the top grid's",
+                       (unsigned long long)at, word, (unsigned long long)t->count, (unsigned long long)t->top);
     }
     if (word >> 31 && leaf >= t->leaves) {
         return fm_fail(FM_ERROR_FORMAT, "node %llu: is leaf %llu, but there are %llu leaves", (unsigned long long)at,
                        (unsigned long long)leaf, (unsigned long long)t->leaves);
     }
     return FM_OK;
+}
+
+static fm_result check_parents(const tree *t, uint64_t first) {
+    return t->shared || t->marks[first] == 0
+               ? FM_OK
+               : fm_fail(FM_ERROR_FORMAT, "node %llu: has more than one parent, which this kind's have not",
+                         (unsigned long long)first);
 }
 
 // Whether all below a node of `levels` levels is sound. Groups that were seen are not gone into again, so that shared ones cost
@@ -54,6 +64,7 @@ static fm_result check_below(const tree *t, uint64_t node, uint32_t levels) {
     }
     uint32_t depth = 0;
     path[0] = (place){.first = t->words[node]};
+    FM_TRY(check_parents(t, t->words[node]));
     for (;;) {
         place *here = &path[depth];
         const uint8_t mark = t->marks[here->first];
@@ -68,6 +79,7 @@ static fm_result check_below(const tree *t, uint64_t node, uint32_t levels) {
             FM_TRY(check_word(t, child));
             here->next++;
             if (is_internal(t->words[child])) {
+                FM_TRY(check_parents(t, t->words[child]));
                 path[++depth] = (place){.first = t->words[child]};
             }
             continue;
@@ -95,25 +107,29 @@ fm_result fm_octree_check_top(const fm_octree *octree, uint64_t *nodes) {
 
 static fm_result check_nodes(const fm_octree *octree, uint64_t leaves, uint8_t *marks) {
     const fm_octree_info *info = &octree->info;
-    const tree t = {.words = (const uint32_t *)(const void *)octree->words.data,
-                    .count = octree->words.count,
-                    .leaves = leaves,
-                    .marks = marks};
     uint64_t top = 0;
     FM_TRY(fm_octree_check_top(octree, &top));
+    const tree t = {.words = (const uint32_t *)(const void *)octree->words.data,
+                    .count = octree->words.count,
+                    .top = top,
+                    .leaves = leaves,
+                    .shared = info->kind != FM_OCTREE_VOXELS,
+                    .marks = marks};
     for (uint64_t node = 0; node < top; node++) {
         FM_TRY(check_below(&t, node, info->levels));
     }
     return FM_OK;
 }
 
+// Vectors and distances of leaves are no longer than FM_OCTREE_REACH of their cells.
 static fm_result check_floats(const fm_octree *octree) {
     const float *values = (const float *)(const void *)octree->values.data;
     const uint64_t count = octree->values.count * octree->values.size / sizeof *values;
+    const float most = (float)ldexp((double)FM_OCTREE_REACH * octree->info.cell * 1.001, (int)octree->info.levels);
     for (uint64_t i = 0; i < count; i++) {
-        if (!isfinite(values[i])) {
-            return fm_fail(FM_ERROR_FORMAT, "value %llu is %g: finite numbers are possible", (unsigned long long)i,
-                           (double)values[i]);
+        if (!(fabsf(values[i]) <= most)) {
+            return fm_fail(FM_ERROR_FORMAT, "value %llu is %g: finite numbers, up to %g in size, are possible",
+                           (unsigned long long)i, (double)values[i], (double)most);
         }
     }
     return FM_OK;

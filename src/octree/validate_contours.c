@@ -9,8 +9,8 @@
 typedef struct descriptors {
     fm_octree_head head;
     const uint32_t *words;
-    uint64_t count, values;
-    uint32_t *visited;  // of each place: a bit for each level at which a descriptor there was found sound
+    uint64_t count, top, values;  // nothing but the top grid lies in its words, which updates overwrite
+    uint8_t *visited;             // of each place
 } descriptors;
 
 static fm_result bad(uint64_t node, const char *what, uint64_t at) {
@@ -24,7 +24,7 @@ static uint32_t ones(uint32_t bits) {
 
 static fm_result check_list(const descriptors *d, uint64_t node, uint32_t leaves) {
     const uint64_t back = d->words[node + 1] >> 8, contours = ones(d->words[node + 1] & 255);
-    if (back > node || node - back + 1 + contours > d->count) {
+    if (back > node || node - back < d->top || node - back + 1 + contours > d->count) {
         return bad(node, "its list's words", back);
     }
     const uint32_t base = d->words[node - back];
@@ -33,13 +33,13 @@ static fm_result check_list(const descriptors *d, uint64_t node, uint32_t leaves
 }
 
 static fm_result check_descriptor(const descriptors *d, uint64_t node, uint32_t level) {
-    if (node + 2 > d->count) {
+    if (node < d->top || node + 2 > d->count) {
         return bad(node, "its words", node);
     }
-    if (d->visited[node] >> level & 1) {
-        return FM_OK;
+    if (d->visited[node]) {
+        return fm_fail(FM_ERROR_FORMAT, "descriptor %llu: has more than one parent, or is below itself", (unsigned long long)node);
     }
-    d->visited[node] |= 1u << level;
+    d->visited[node] = 1;
     const uint32_t masks = d->words[node], valid = masks >> 8 & 255, leaves = masks & 255, nodes = ones(valid & ~leaves);
     if ((leaves & ~valid) != 0 || (level == 1 && nodes > 0)) {
         return fm_fail(FM_ERROR_FORMAT, "descriptor %llu: its children, %u of which are leaves, cannot be on level %u",
@@ -66,13 +66,14 @@ static fm_result check_descriptor(const descriptors *d, uint64_t node, uint32_t 
 }
 
 fm_result fm_octree_check_contours(const fm_octree *octree, uint8_t *marks) {
+    uint64_t top = 0;
+    FM_TRY(fm_octree_check_top(octree, &top));
     const descriptors d = {.head = fm_octree_host_head(octree),
                            .words = (const uint32_t *)(const void *)octree->words.data,
                            .count = octree->words.count,
+                           .top = top,
                            .values = octree->values.count,
-                           .visited = (uint32_t *)(void *)marks};
-    uint64_t top = 0;
-    FM_TRY(fm_octree_check_top(octree, &top));
+                           .visited = marks};
     if (octree->info.levels == 0) {
         return fm_fail(FM_ERROR_FORMAT, "0 levels: descriptors have children");
     }
