@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_NEAR = (1 << 15) - 1, MOST_LIST = (1 << 24) - 1, DIRECTIONS = 13 };
+enum { MOST_NEAR = (1 << 15) - 1, MOST_LIST = (1 << 24) - 1 };
 
 // A contour is kept, so that those around it are the tighter, while it leaves less than all of a cell. It is written, so that rays
 // read it, where it leaves this much of a node; of a voxel it is its shape.
@@ -23,64 +23,6 @@ static uint32_t branch_of(uint32_t level) {
 // ---------------------------------------------------------------------------------------------------------------------------
 // Contours
 // ---------------------------------------------------------------------------------------------------------------------------
-
-uint32_t fm_contour_hull(uint32_t contour, double points[FM_HULL_POINTS][3]) {
-    double n[3], product[8];
-    for (int i = 0; i < 3; i++) {
-        n[i] = contour ? fm_contour_normal(contour, i) / 31.0 : 0;
-    }
-    const double middle = contour ? (double)fm_contour_position(contour) : 0;
-    const double half = contour ? (double)fm_contour_thickness(contour) : 1;
-    uint32_t count = 0;
-    for (int c = 0; c < 8; c++) {
-        const double q[3] = {c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1};
-        product[c] = n[0] * q[0] + n[1] * q[1] + n[2] * q[2] - middle;
-        if (fabs(product[c]) <= half) {
-            memcpy(points[count++], q, sizeof q);
-        }
-    }
-    for (int edge = 0; edge < 12; edge++) {
-        const int axis = edge / 4, u = edge & 1, v = edge >> 1 & 1;
-        const int a = u << (axis + 1) % 3 | v << (axis + 2) % 3, b = a | 1 << axis;
-        for (int side = -1; side <= 1; side += 2) {
-            const double from = product[a] - side * half, to = product[b] - side * half;
-            if ((from < 0) != (to < 0) && count < FM_HULL_POINTS) {
-                points[count][axis] = -1 + 2 * from / (from - to);
-                points[count][(axis + 1) % 3] = u ? 1 : -1;
-                points[count++][(axis + 2) % 3] = v ? 1 : -1;
-            }
-        }
-    }
-    return count;
-}
-
-uint32_t fm_contour_of(const double normal[3], const double (*points)[3], uint32_t count, double most, double *extent) {
-    const double longest = fmax(fabs(normal[0]), fmax(fabs(normal[1]), fabs(normal[2])));
-    int n[3];
-    double sum = 0, low = INFINITY, high = -INFINITY;
-    for (int i = 0; i < 3; i++) {
-        n[i] = longest > 0 ? (int)lrint(normal[i] / longest * 31) : 0;
-        sum += abs(n[i]) / 31.0;
-    }
-    for (uint32_t k = 0; k < count; k++) {
-        const double at = (n[0] * points[k][0] + n[1] * points[k][1] + n[2] * points[k][2]) / 31.0;
-        low = fmin(low, at);
-        high = fmax(high, at);
-    }
-    const double left = (high - low) / (2 * sum);
-    if (extent) {
-        *extent = left;
-    }
-    if (!(left <= most)) {
-        return 0;
-    }
-    const double step = (double)FM_CONTOUR_STEP;
-    const int position = (int)fmin(63, fmax(-64, rint((low + high) / 2 / (2 * step))));
-    const double middle = position * 2 * step;
-    const int thickness = (int)ceil(fmax(high - middle, middle - low) / step + 1e-6);
-    return (uint32_t)(thickness < 127 ? thickness : 127) | (uint32_t)(position + 64) << 7 | (uint32_t)(n[0] + 32) << 14 |
-           (uint32_t)(n[1] + 32) << 20 | (uint32_t)(n[2] + 32) << 26;
-}
 
 static bool is_written(const fm_voxel_ref *cell) {
     double sum = 0;
@@ -104,24 +46,18 @@ static uint32_t points_of(const fm_voxel_ref *children, double (*points)[3], dou
             }
         }
         if (children[c].contour) {
-            double n[3], along = 0;
+            double n[3];
             for (int i = 0; i < 3; i++) {
                 n[i] = fm_contour_normal(children[c].contour, i);
-                along += n[i] * normal[i];
             }
-            for (int i = 0; i < 3; i++) {
-                normal[i] += along < 0 ? -n[i] : n[i];
-            }
+            fm_contour_add_normal(n, normal);
         }
     }
     return count;
 }
 
 static uint32_t contour_around(const fm_voxel_ref *children) {
-    static const double directions[DIRECTIONS][3] = {{1, 0, 0},  {0, 1, 0},  {0, 0, 1}, {1, 1, 0},  {1, -1, 0},
-                                                     {1, 0, 1},  {1, 0, -1}, {0, 1, 1}, {0, 1, -1}, {1, 1, 1},
-                                                     {1, 1, -1}, {1, -1, 1}, {-1, 1, 1}};
-    double points[8 * FM_HULL_POINTS][3], normal[3] = {0}, least = kept;
+    double points[8 * FM_HULL_POINTS][3], normal[3] = {0};
     bool full = true;
     for (int c = 0; c < 8; c++) {
         full = full && children[c].type != FM_REF_EMPTY && !children[c].contour;
@@ -130,16 +66,10 @@ static uint32_t contour_around(const fm_voxel_ref *children) {
         return 0;
     }
     const uint32_t count = points_of(children, points, normal);
-    const bool turned = normal[0] != 0 || normal[1] != 0 || normal[2] != 0;
-    uint32_t best = 0;
-    // Where children have normals the diagonals would be guesses.
-    for (int d = turned ? -1 : 0; d < (turned ? 3 : DIRECTIONS); d++) {
-        double extent;
-        const uint32_t contour = fm_contour_of(d < 0 ? normal : directions[d], (const double(*)[3])points, count, least, &extent);
-        best = contour ? contour : best;
-        least = contour ? extent : least;
-    }
-    return best;
+    fm_planes planes;
+    fm_planes_begin(&planes, normal);
+    fm_planes_hold(&planes, (const double(*)[3])points, count);
+    return fm_planes_contour(&planes, kept, 0);
 }
 
 // ---------------------------------------------------------------------------------------------------------------------------

@@ -10,13 +10,8 @@
 
 #include <string.h>
 
-enum { LEAST_CUBE = 6, TILE = 64, TILE_CELLS = TILE * TILE * TILE, NONE = -1, MOST_POINTS = 256, POLYGON = 10, GREY = 182 };
+enum { LEAST_CUBE = 6, TILE = 64, TILE_CELLS = TILE * TILE * TILE, GREY = 182 };
 static const uint64_t MOST_CUBES = 1 << 22;
-
-typedef struct link {
-    uint32_t triangle;
-    int32_t next;
-} link;
 
 typedef struct surface {
     const fm_mesh *mesh;
@@ -31,7 +26,7 @@ typedef struct surface {
     uint32_t *voxels;
     uint32_t triangle;
     int32_t *heads;  // TILE_CELLS; NULL: no contours
-    link *links;
+    fm_voxel_link *links;
     uint64_t link_count, link_room;
     bool failed;
 } surface;
@@ -165,7 +160,7 @@ static void keep_link(surface *own, uint64_t voxel) {
     if (own->link_count == own->link_room) {
         const fm_allocator *allocator = &own->mesh->context->allocator;
         const uint64_t room = own->link_room > 0 ? 2 * own->link_room : 1 << 14;
-        link *links = fm_alloc(allocator, room * sizeof *links, "contours of an octree");
+        fm_voxel_link *links = fm_alloc(allocator, room * sizeof *links, "contours of an octree");
         if (!links) {
             own->failed = true;
             return;
@@ -177,7 +172,7 @@ static void keep_link(surface *own, uint64_t voxel) {
         own->links = links;
         own->link_room = room;
     }
-    own->links[own->link_count] = (link){own->triangle, own->heads[voxel]};
+    own->links[own->link_count] = (fm_voxel_link){own->triangle, own->heads[voxel]};
     own->heads[voxel] = (int32_t)own->link_count++;
 }
 
@@ -214,7 +209,7 @@ static fm_result read_surface(void *user, const fm_box *box, uint32_t *voxels) {
     own->link_count = 0;
     memset(voxels, 0, count * sizeof *voxels);
     for (uint64_t i = 0; own->heads && i < count; i++) {
-        own->heads[i] = NONE;
+        own->heads[i] = FM_NO_LINK;
     }
     const uint64_t cube = cube_of(own, box);
     for (uint64_t i = own->first[cube]; i < own->first[cube + 1]; i++) {
@@ -228,76 +223,10 @@ static fm_result read_surface(void *user, const fm_box *box, uint32_t *voxels) {
 // Contours
 // ---------------------------------------------------------------------------------------------------------------------------
 
-// Cuts off what is beyond a face of the cube from -1 to 1. Source: Sutherland and Hodgman 1974, "Reentrant polygon clipping".
-static uint32_t cut_face(const double (*from)[3], uint32_t count, int axis, double side, double (*to)[3]) {
-    uint32_t kept = 0;
-    for (uint32_t i = 0; i < count && kept + 2 <= POLYGON; i++) {
-        const double *a = from[i], *b = from[(i + 1) % count];
-        const double in_a = 1 - side * a[axis], in_b = 1 - side * b[axis];
-        if (in_a >= 0) {
-            memcpy(to[kept++], a, 3 * sizeof *a);
-        }
-        if ((in_a < 0) != (in_b < 0)) {
-            for (int i3 = 0; i3 < 3; i3++) {
-                to[kept][i3] = a[i3] + (b[i3] - a[i3]) * (in_a / (in_a - in_b));
-            }
-            to[kept++][axis] = side;
-        }
-    }
-    return kept;
-}
-
-// The part of a triangle in a cell, from -1 to 1 along each axis.
-static uint32_t part_in_cell(const surface *own, uint32_t triangle, const uint32_t cell[3], double (*polygon)[3]) {
-    double other[POLYGON][3];
-    uint32_t count = 3;
-    for (int corner = 0; corner < 3; corner++) {
-        for (int axis = 0; axis < 3; axis++) {
-            const double at = (double)own->mesh->vertices[own->mesh->triangles[triangle][corner]][axis];
-            polygon[corner][axis] = 2 * ((at - own->grid.origin[axis]) / own->grid.spacing[axis] - cell[axis]);
-        }
-    }
-    for (int face = 0; face < 6 && count > 0; face++) {
-        const uint32_t left = cut_face((const double(*)[3])polygon, count, face / 2, face % 2 ? 1 : -1, other);
-        memcpy(polygon, other, left * sizeof *polygon);
-        count = left;
-    }
-    return count;
-}
-
-// Adds a polygon's normal, as long as twice its area, so that sheets that face each other do not cancel out.
-static void add_normal(const double (*polygon)[3], uint32_t count, double normal[3]) {
-    double n[3] = {0}, along = 0;
-    for (uint32_t i = 0; i < count; i++) {
-        const double *a = polygon[i], *b = polygon[(i + 1) % count];
-        for (int axis = 0; axis < 3; axis++) {
-            n[axis] += a[(axis + 1) % 3] * b[(axis + 2) % 3] - a[(axis + 2) % 3] * b[(axis + 1) % 3];
-        }
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        along += n[axis] * normal[axis];
-    }
-    for (int axis = 0; axis < 3; axis++) {
-        normal[axis] += along < 0 ? -n[axis] : n[axis];
-    }
-}
-
 static uint32_t contour_at(void *user, const uint32_t cell[3]) {
     const surface *own = user;
-    double points[MOST_POINTS][3], normal[3] = {0};
-    uint32_t count = 0;
-    for (int32_t i = own->heads[voxel_at(own, cell[0], cell[1], cell[2])]; i != NONE; i = own->links[i].next) {
-        double polygon[POLYGON][3];
-        const uint32_t corners = part_in_cell(own, own->links[i].triangle, cell, polygon);
-        if (count + corners > MOST_POINTS) {
-            return 0;  // a cell with so much in it is as well seen as a cube
-        }
-        memcpy(points + count, polygon, corners * sizeof *polygon);
-        count += corners;
-        add_normal((const double(*)[3])polygon, corners, normal);
-    }
-    const double size = fabs(normal[0]) + fabs(normal[1]) + fabs(normal[2]);
-    return count > 0 && size > 1e-12 ? fm_contour_of(normal, (const double(*)[3])points, count, 0.9, NULL) : 0;
+    const int32_t first = own->heads[voxel_at(own, cell[0], cell[1], cell[2])];
+    return fm_contour_fit(own->mesh, &own->grid, cell, own->links, first);
 }
 
 // ---------------------------------------------------------------------------------------------------------------------------
