@@ -105,8 +105,8 @@ static void print_stream(const shot *s) {
         printf("parts %u, of which %u are seen near by and %u are loaded; %s of %s\n", info.parts, info.wanted, info.resident,
                cli_bytes(info.bytes, bytes), cli_bytes(info.budget, budget));
     }
-    if (info.failed > 0) {
-        fprintf(stderr, "fathom: %" PRIu64 " parts could not be read and stay coarse; the last: %s\n", info.failed, info.failure);
+    if (info.failing > 0) {
+        fprintf(stderr, "fathom: %" PRIu32 " parts could not be read and stay coarse; the last: %s\n", info.failing, info.failure);
     }
 }
 

@@ -8,6 +8,7 @@
 #include "octree_made.h"
 #include "vulkan_common.h"
 
+#include <fcntl.h>
 #include <math.h>
 #include <pthread.h>
 
@@ -193,6 +194,19 @@ static void look_on(const char *path) {
     fm_octree_stream_close(stream);
 }
 
+// How far what rays hit is from where those of another picture do, in cells along the ray: the mean where both hit.
+static double picture_change(const fm_octree_hit *a, const fm_octree_hit *b, double cell) {
+    double sum = 0;
+    int count = 0;
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        if (a[i].t < INFINITY && b[i].t < INFINITY) {
+            sum += fabs((double)(a[i].t - b[i].t)) / cell;
+            count++;
+        }
+    }
+    return count > 0 ? sum / count : INFINITY;
+}
+
 static void compare_pictures(const char *path, fm_octree_kind kind) {
     static fm_octree_hit whole[WIDTH * HEIGHT], parts[WIDTH * HEIGHT], coarse[WIDTH * HEIGHT];
     const fm_octree_desc desc = {.kind = kind, .size = SIZE};
@@ -220,16 +234,16 @@ static void compare_pictures(const char *path, fm_octree_kind kind) {
         draw(NULL, rough, &camera, coarse);
         draw(stream, NULL, &camera, parts);
         const double fine = picture_error(&camera, parts, cell, &count), wanted = picture_error(&camera, whole, cell, &whole_count);
-        const double was = picture_error(&camera, coarse, cell, &(int){0});
+        const double change = picture_change(parts, whole, cell), was = picture_change(coarse, whole, cell);
         for (int p = 0; p < WIDTH * HEIGHT; p++) {
             const bool hit = parts[p].t < INFINITY, there = whole[p].t < INFINITY;
             differ += hit != there || (hit && fabs((double)(parts[p].t - whole[p].t)) > 2 * cell);
         }
         CHECK(context->gpu || count_coarse(stream, &camera, parts) <= count / 100);
         // As good as the whole one, and far better than the coarse one.
-        if (!CHECK(count > 500 && fine < 1.3 * wanted + 0.02 && fine < 0.5 * was && differ <= count / 50)) {
-            fprintf(stderr, "    camera %d: off by %g cells in parts, %g whole, %g coarse; %d of %d pixels differ\n", i, fine,
-                    wanted, was, differ, count);
+        if (!CHECK(count > 500 && fine < 1.3 * wanted + 0.02 && change < 0.7 * was && differ <= count / 50)) {
+            fprintf(stderr, "    camera %d: off by %g cells in parts, %g whole; %g and, coarse, %g apart; %d of %d pixels differ\n",
+                    i, fine, wanted, change, was, differ, count);
         }
     }
     fm_octree_stream_close(stream);
@@ -376,6 +390,9 @@ static void arguments(const char *path, const char *plain) {
     CHECK_FAILS(fm_octree_stream_open(context, path, &(fm_octree_stream_desc){.budget = 1}, &stream), FM_ERROR_INVALID_ARGUMENT);
     CHECK_FAILS(fm_octree_stream_open(context, path, &(fm_octree_stream_desc){.budget = 20000}, &stream),
                 FM_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(fm_last_error(), "budget is 20000 bytes: the coarse octree") != NULL);
+    CHECK_FAILS(fm_octree_stream_open(context, path, &(fm_octree_stream_desc){.retry_ms = NAN}, &stream),
+                FM_ERROR_INVALID_ARGUMENT);
     CHECK_FAILS(fm_octree_stream_open(context, path, &(fm_octree_stream_desc){.distance = -1}, &stream), FM_ERROR_INVALID_ARGUMENT);
     CHECK_FAILS(fm_octree_stream_open(context, path, &(fm_octree_stream_desc){.fade_ms = NAN}, &stream), FM_ERROR_INVALID_ARGUMENT);
     CHECK(stream == NULL);
@@ -426,6 +443,8 @@ static void bad_directory(const uint8_t *bytes, size_t size) {
         CHECK_FAILS(open_changed(bytes, size - cut, NULL, &stream), FM_ERROR_FORMAT);
     }
     CHECK_FAILS(open_changed(bytes, size - FM_FMO_PAGE, NULL, &stream), FM_ERROR_FORMAT);
+    CHECK_FAILS(open_changed((const uint8_t *)"\x1f\x8b\x08", 3, NULL, &stream), FM_ERROR_FORMAT);
+    CHECK(strstr(fm_last_error(), "gunzip") != NULL);
     memcpy(copy, bytes, size);
     copy[begin + 5] ^= 1;
     CHECK_FAILS(open_changed(copy, size, NULL, &stream), FM_ERROR_FORMAT);
@@ -473,7 +492,8 @@ static void check_failing(fm_octree_stream *stream, uint64_t least, const char *
     for (int i = 0; i < 3; i++) {
         CHECK_OK(fm_octree_stream_update(stream, &camera, true));
         fm_octree_stream_describe(stream, &info);
-        if (!CHECK(info.failed >= least && info.failed <= info.parts && strstr(info.failure, says) != NULL)) {
+        if (!CHECK(info.failed >= least && info.failed <= info.parts && info.failing == info.failed &&
+                   strstr(info.failure, says) != NULL)) {
             fprintf(stderr, "    %llu failed: %s\n", (unsigned long long)info.failed, info.failure);
         }
         CHECK(info.resident >= info.wanted);
@@ -485,8 +505,68 @@ static void check_failing(fm_octree_stream *stream, uint64_t least, const char *
     fm_octree_stream_close(stream);
 }
 
+// A wrong byte in every part, at a place in it.
+static uint8_t *spoil(const uint8_t *bytes, size_t size, uint64_t at) {
+    fm_fmo_header header;
+    memcpy(&header, bytes, sizeof header);
+    const uint64_t count = (uint64_t)header.parts[0] * header.parts[1] * header.parts[2];
+    uint8_t *copy = malloc(size);
+    memcpy(copy, bytes, size);
+    for (uint64_t part = 0; part < count; part++) {
+        fm_fmo_part row;
+        memcpy(&row, bytes + size - fm_fmo_directory_bytes(count) + part * sizeof row, sizeof row);
+        if (row.bytes > 0) {
+            copy[row.offset + at] ^= 0x10;
+        }
+    }
+    return copy;
+}
+
+// Parts that cannot be read are tried again, ever less often, and come once they can be. Until then the picture is coarse.
+static void recover(const uint8_t *bytes, size_t size) {
+    enum { MOST_LOOKS = 4000 };
+    static fm_octree_hit hits[WIDTH * HEIGHT];
+    const fm_octree_stream_desc desc = {.distance = 100, .fade_ms = -1, .retry_ms = 20};
+    const fm_camera camera = camera_at(0.4, 2.5);
+    const char *path = io_path("changed.fmo");
+    fm_octree_stream *stream = NULL;
+    fm_octree_stream_info info = {0};
+    uint8_t *copy = spoil(bytes, size, FM_FMO_PAGE + 9);
+    const uint64_t start = fm_now_ns();
+    if (!CHECK_OK(open_changed(copy, size, &desc, &stream))) {
+        free(copy);
+        return;
+    }
+    for (int i = 0; i < MOST_LOOKS && info.failed <= 5 * (uint64_t)info.parts; i++) {
+        CHECK_OK(fm_octree_stream_update(stream, &camera, true));
+        fm_octree_stream_describe(stream, &info);
+        usleep(1000);
+    }
+    const double tries = 2 + log2(1 + 1e-6 * (double)(fm_now_ns() - start) / 20);
+    if (!CHECK(info.failing > 10 && info.failed > info.failing && (double)info.failed <= tries * info.parts)) {
+        fprintf(stderr, "    %u of %u parts failed %llu times\n", info.failing, info.parts, (unsigned long long)info.failed);
+    }
+    CHECK(info.resident == 0 && info.loaded == 0 && info.bytes <= info.budget && strstr(info.failure, "checksum") != NULL);
+    int count = 0;
+    draw(stream, NULL, &camera, hits);
+    picture_error(&camera, hits, 1, &count);
+    CHECK(count > 500);
+    const int file = open(path, O_WRONLY | O_CLOEXEC);
+    CHECK(file >= 0 && pwrite(file, bytes, size, 0) == (ssize_t)size && close(file) == 0);
+    for (int i = 0; i < MOST_LOOKS && (info.failing > 0 || info.resident < info.wanted || info.resident == 0); i++) {
+        CHECK_OK(fm_octree_stream_update(stream, &camera, false));
+        fm_octree_stream_describe(stream, &info);
+        usleep(1000);
+    }
+    CHECK(info.failing == 0 && info.resident >= info.wanted && info.resident > 10 && strstr(info.failure, "checksum") != NULL);
+    draw(stream, NULL, &camera, hits);
+    CHECK(context->gpu || count_coarse(stream, &camera, hits) <= count / 100);
+    fm_octree_stream_close(stream);
+    free(copy);
+}
+
 static void failing_reads(const uint8_t *bytes, size_t size) {
-    const fm_octree_stream_desc desc = {.distance = 100, .fade_ms = -1};
+    const fm_octree_stream_desc desc = {.distance = 100, .fade_ms = -1, .retry_ms = -1};
     const char *path = io_path("changed.fmo");
     fm_fmo_header header;
     memcpy(&header, bytes, sizeof header);
@@ -510,15 +590,11 @@ static void failing_reads(const uint8_t *bytes, size_t size) {
         const char *says;
     } spots[] = {{FM_FMO_PAGE + 9, "checksum of section"}, {60, "checksum of its header"}, {0, "does not begin"}};
     for (size_t i = 0; i < sizeof spots / sizeof *spots; i++) {
-        memcpy(copy, bytes, size);
-        for (uint64_t part = 0; part < count; part++) {
-            if (rows[part].bytes > 0) {
-                copy[rows[part].offset + spots[i].at] ^= 0x10;
-            }
-        }
-        if (CHECK_OK(open_changed(copy, size, &desc, &stream))) {
+        uint8_t *spoilt = spoil(bytes, size, spots[i].at);
+        if (CHECK_OK(open_changed(spoilt, size, &desc, &stream))) {
             check_failing(stream, 10, spots[i].says);
         }
+        free(spoilt);
     }
     memcpy(copy, bytes, size);
     for (uint64_t part = 0; part < count; part++) {
@@ -641,6 +717,7 @@ static void run(void) {
     bad_directory(bytes, size);
     bad_edges(bytes, size);
     failing_reads(bytes, size);
+    recover(bytes, size);
     close_early(path);
     free(bytes);
 }

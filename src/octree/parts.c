@@ -203,6 +203,9 @@ fm_result fm_fmo_read_header(int file, uint64_t bytes, const char *name, fm_fmo_
     fm_octree numbers;
     // What a file of less than a page lacks is told by the message for it.
     FM_TRY(fm_fmo_read_at(file, 0, page, fm_min_u64(bytes, sizeof page), name));
+    if (bytes >= 2 && page[0] == 0x1f && page[1] == 0x8b) {
+        return fm_fail(FM_ERROR_FORMAT, "%s: is gzipped: its parts are read in any order, so unpack it first (gunzip)", name);
+    }
     return fm_fmo_open_image(page, bytes, name, &numbers, header);
 }
 

@@ -10,6 +10,8 @@
 // A part has to be wanted by so much more than one that is there to take its place: what is wanted wavers with the camera.
 static const float MORE = 1.25f;
 
+enum { MOST_DOUBLINGS = 6 };  // of the time until a part that failed is tried again
+
 fm_result fm_residents_create(fm_octree_residents *r) {
     const fm_allocator *allocator = &r->context->allocator;
     r->parts = fm_alloc_zero(allocator, r->count * sizeof *r->parts, "the parts of an octree");
@@ -64,8 +66,13 @@ static void drop(fm_octree_residents *r, uint64_t at) {
 }
 
 static void fail(fm_octree_residents *r, uint64_t at, const char *why) {
+    fm_part *part = &r->parts[at];
+    const uint32_t doublings = part->tries < MOST_DOUBLINGS ? part->tries : MOST_DOUBLINGS;
     leave(r, at, FM_PART_FAILED);
+    part->again = r->retry_ms < 0 ? UINT64_MAX : fm_now_ns() + (uint64_t)(1e6 * (double)r->retry_ms * (double)(1u << doublings));
+    part->tries++;
     r->failed++;
+    r->failing++;
     snprintf(r->failure, sizeof r->failure, "%s", why);
 }
 
@@ -90,6 +97,7 @@ static fm_result settle(fm_octree_residents *r, const fm_octree_load *load) {
         memcpy(part->image, &own, sizeof own);
     }
     part->state = FM_PART_THERE;
+    part->tries = 0;
     r->table[load->part] = (fm_octree_part){.head = head, .shown = r->fade_ms < 0 ? 1.0f : 0.0f};
     r->loaded++;
     r->resident++;
@@ -195,11 +203,12 @@ static uint64_t make_wishes(fm_octree_residents *r, const float *scores) {
     r->wanted = 0;
     for (uint64_t at = 0; at < r->count; at++) {
         const fm_part *part = &r->parts[at];
-        if (!(scores[at] > 0) || r->rows[at].bytes == 0 || part->state == FM_PART_FAILED) {
+        const bool failed = part->state == FM_PART_FAILED;
+        if (!(scores[at] > 0) || r->rows[at].bytes == 0 || (failed && r->now < part->again)) {
             continue;
         }
         r->wanted++;
-        if (part->state == FM_PART_ABSENT && r->rows[at].bytes <= r->room) {
+        if ((part->state == FM_PART_ABSENT || failed) && r->rows[at].bytes <= r->room) {
             r->wishes[count++] = (fm_part_wish){scores[at], (uint32_t)at};
         }
     }
@@ -221,6 +230,7 @@ fm_result fm_residents_choose(fm_octree_residents *r, const float *scores, bool 
             continue;
         }
         FM_TRY(take_image(r, at));
+        r->failing -= part->state == FM_PART_FAILED;
         part->state = FM_PART_LOADING;
         part->offset = offset;
         r->used += r->rows[at].bytes;

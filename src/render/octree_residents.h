@@ -13,13 +13,15 @@ typedef enum fm_part_state {
     FM_PART_LOADING,
     FM_PART_THERE,
     FM_PART_LEAVING,  // fades, and is dropped then
-    FM_PART_FAILED,
+    FM_PART_FAILED,   // until it is tried again
 } fm_part_state;
 
 typedef struct fm_part {
     fm_part_state state;
     uint64_t offset;  // in the room for parts
     uint8_t *image;   // CPU, and while it is loading
+    uint64_t again;   // FAILED: when it may be tried again
+    uint32_t tries;   // that failed since it was there
 } fm_part;
 
 typedef struct fm_part_wish {
@@ -37,16 +39,18 @@ typedef struct fm_octree_residents {
     const fm_part **places;  // this
     fm_octree_loader *loader;
     fm_octree_store *store;  // NULL on the CPU
-    float fade_ms;
+    float fade_ms, retry_ms;
+    uint64_t now;      // of the update that is under way, in nanoseconds
     uint64_t room;     // bytes for parts. On the CPU their places in it are but numbers
     uint64_t used;     // by parts that are there, are leaving or are loading
     uint64_t loading;  // parts
     uint64_t loaded, dropped, failed;
-    uint32_t resident, wanted;
+    uint32_t resident, wanted, failing;
     char failure[256];
 } fm_octree_residents;
 
-// `context`, `count`, `rows`, `room` and `fade_ms` are set; the loader and the store come later, and are the residents' then.
+// `context`, `count`, `rows`, `room`, `fade_ms` and `retry_ms` are set; the loader and the store come later, and are the residents'
+// then.
 fm_result fm_residents_create(fm_octree_residents *residents);
 void fm_residents_destroy(fm_octree_residents *residents);
 // Parts that have been read get their places; `wait`: at least one, if one is under way.

@@ -17,7 +17,7 @@
 #include <unistd.h>
 
 static const uint64_t BUDGET = 256 << 20;
-static const float FADE_MS = 250;
+static const float FADE_MS = 250, RETRY_MS = 1000, LONGEST_RETRY_MS = 1e9f;
 // Of how much a part was wanted before when fewer rays meet it.
 static const float KEPT = 0.9f;
 
@@ -39,10 +39,11 @@ struct fm_octree_stream {
 };
 
 static fm_result check_desc(const fm_octree_stream_desc *desc) {
-    if (!isfinite(desc->distance) || desc->distance < 0 || !isfinite(desc->fade_ms)) {
+    if (!isfinite(desc->distance) || desc->distance < 0 || !isfinite(desc->fade_ms) || !(desc->retry_ms <= LONGEST_RETRY_MS)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT,
-                       "distance is %g and fade_ms %g: finite numbers, of distances not below 0, are wanted",
-                       (double)desc->distance, (double)desc->fade_ms);
+                       "distance is %g, fade_ms %g and retry_ms %g: finite numbers, of distances not below 0, are wanted, and no "
+                       "more than %g ms to the next try",
+                       (double)desc->distance, (double)desc->fade_ms, (double)desc->retry_ms, (double)LONGEST_RETRY_MS);
     }
     return FM_OK;
 }
@@ -98,7 +99,7 @@ static fm_result too_small(const fm_octree_stream *stream, uint64_t needed) {
                    stream->name, (unsigned long long)stream->budget, (unsigned long long)needed);
 }
 
-static fm_result open_parts(fm_octree_stream *stream, float fade_ms) {
+static fm_result open_parts(fm_octree_stream *stream, const fm_octree_stream_desc *desc) {
     fm_octree_residents *r = &stream->residents;
     uint64_t all = 0, most = 0;
     for (uint64_t at = 0; at < r->count; at++) {
@@ -106,7 +107,8 @@ static fm_result open_parts(fm_octree_stream *stream, float fade_ms) {
         most = fm_max_u64(most, stream->rows[at].bytes);
     }
     r->rows = stream->rows;
-    r->fade_ms = fade_ms;
+    r->fade_ms = desc->fade_ms == 0 ? FADE_MS : desc->fade_ms;
+    r->retry_ms = desc->retry_ms == 0 ? RETRY_MS : desc->retry_ms;
     FM_TRY(fm_residents_create(r));
     FM_TRY(fm_octree_loader_create(&stream->context->allocator, stream->file, stream->name, stream->coarse, &stream->grid, most,
                                    &r->loader));
@@ -151,7 +153,7 @@ static fm_result open_stream(fm_octree_stream *stream, const char *path, const f
     }
     FM_TRY(fm_fmo_read_directory(stream->file, bytes, &header, path, stream->rows));
     make_grid(stream, &header, desc->distance);
-    return open_parts(stream, desc->fade_ms == 0 ? FADE_MS : desc->fade_ms);
+    return open_parts(stream, desc);
 }
 
 fm_result fm_octree_stream_open(fm_context *context, const char *path, const fm_octree_stream_desc *desc,
@@ -249,7 +251,7 @@ fm_result fm_octree_stream_update(fm_octree_stream *stream, const fm_camera *cam
     look(stream, camera, wait);
     const uint64_t now = fm_now_ns();
     fm_residents_fade(r, stream->last_ns > 0 ? 1e-6 * (double)(now - stream->last_ns) : 0);
-    stream->last_ns = now;
+    stream->last_ns = r->now = now;
     const fm_result loaded = load_wanted(stream, wait);
     const fm_result told = tell_pictures(stream);
     return told != FM_OK ? told : loaded;
@@ -267,7 +269,8 @@ void fm_octree_stream_describe(const fm_octree_stream *stream, fm_octree_stream_
                                     .budget = stream->budget,
                                     .loaded = r->loaded,
                                     .dropped = r->dropped,
-                                    .failed = r->failed};
+                                    .failed = r->failed,
+                                    .failing = r->failing};
     snprintf(info->failure, sizeof info->failure, "%s", r->failure);
 }
 
