@@ -213,6 +213,8 @@ static void test_shapes(fm_context *context) {
         build_and_check(context, &meshes[i], &(fm_octree_desc){.kind = FM_OCTREE_DISTANCE, .size = 21, .share = i % 2});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.kind = FM_OCTREE_BRICKS, .size = 21});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 26, .code = FM_OCTREE_FLOATS, .band = 1});
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 41, .band = 0.1f, .threshold = 0.25f, .share = i % 2});
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 30, .band = 0.1f, .method = FM_OCTREE_GROWN});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 25, .code = FM_OCTREE_OCTAHEDRAL, .share = true});
         scene_mesh_free(&meshes[i].mesh);
     }
@@ -288,7 +290,7 @@ static void test_bad(fm_context *context) {
         {.low = {0, NAN, 0}, .high = {1, 1, 1}},
         {.high = {1, INFINITY, 1}},
         {.threshold = NAN},
-        {.band = 0.5f},
+        {.band = 0.04f},
         {.band = 3.6f},
         {.band = NAN},
         {.attribute = FM_OCTREE_COLOR},

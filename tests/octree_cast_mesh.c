@@ -97,14 +97,14 @@ static outcome compare(const fm_mesh *mesh, double cell) {
     return sum;
 }
 
-static void check_octree(const char *name, fm_mesh *mesh, fm_octree *octree, bool coarse) {
+static void check_octree(const char *name, fm_mesh *mesh, fm_octree *octree, bool coarse, bool thin) {
     fm_octree_info info;
     fm_octree_describe(octree, &info);
     make_rays(info.cell);
     if (!CHECK_OK(fm_mesh_cast(mesh, rays, RAYS, false, truth))) {
         return;
     }
-    for (int sampled = 0; sampled < 2; sampled++) {
+    for (int sampled = 0; sampled < (thin ? 1 : 2); sampled++) {
         if (!CHECK_OK(fm_octree_cast(octree, rays, RAYS, sampled ? -0.1f : 0, hits))) {
             return;
         }
@@ -125,17 +125,20 @@ static void check_octree(const char *name, fm_mesh *mesh, fm_octree *octree, boo
 static void check_mesh(fm_context *context, const char *name, scene_mesh *scene, uint32_t size) {
     const fm_octree_desc descs[] = {{.size = size},
                                     {.size = size, .code = FM_OCTREE_OCTAHEDRAL, .method = FM_OCTREE_GROWN},
+                                    {.size = size, .band = 0.1f},
+                                    {.size = size, .band = 0.1f, .threshold = 0.2f, .share = true},
                                     {.kind = FM_OCTREE_DISTANCE, .size = size},
+                                    {.kind = FM_OCTREE_DISTANCE, .size = size, .band = 0.1f},
                                     {.kind = FM_OCTREE_BRICKS, .size = size}};
     const fm_mesh_desc desc = scene_mesh_describe(scene);
     fm_mesh *mesh = NULL;
     if (!CHECK_OK(fm_mesh_create(context, &desc, &mesh))) {
         return;
     }
-    for (int i = 0; i < 4; i++) {
+    for (size_t i = 0; i < sizeof descs / sizeof *descs; i++) {
         fm_octree *octree = NULL;
         if (CHECK_OK(fm_octree_build_mesh(mesh, &descs[i], &octree))) {
-            check_octree(name, mesh, octree, size < 60);
+            check_octree(name, mesh, octree, size < 60, descs[i].band > 0);
         }
         fm_octree_destroy(octree);
     }

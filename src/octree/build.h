@@ -129,8 +129,14 @@ void fm_octree_far_free(fm_octree_build *build);
 // Of a node, by its place in nodes of its level.
 float fm_octree_far_bound(const fm_octree_far *far, int level, uint32_t x, uint32_t y, uint32_t z);
 
+// Whether only cells that the surface comes into, or within the band of, are leaves.
+static inline bool fm_octree_is_thin(const fm_octree_build *build) {
+    return build->desc->band < 1;
+}
+
 // chunk.c
-// How far the corners of a leaf of a level can be, in finest cells: one of them is within the band of a finest cell's corner.
+// How far the corners of a leaf of a level can be, in finest cells: one of them is within the band of a finest cell's corner, or of
+// a thin octree all of them near a place that is within the band of the cell.
 float fm_octree_reach(const fm_octree_build *build, int level);
 fm_result fm_octree_chunk_make(fm_octree_build *build);
 void fm_octree_chunk_place(fm_octree_build *build, uint64_t chunk);
@@ -144,6 +150,13 @@ void fm_octree_fields_finish(fm_octree_build *build);
 fm_result fm_octree_fields_wind(fm_octree_build *build);
 // merge.c: the states of the chunk's nodes.
 void fm_octree_merge(fm_octree_build *build);
+// sheet.c: of a thin octree, whether a leaf in place of a node's children gives rays the surface that is there.
+typedef enum fm_sheet_answer {
+    FM_SHEET_NONE = 0,  // its vectors are not those of one smooth sheet: rays go by another rule
+    FM_SHEET_OFF,
+    FM_SHEET_STAYS,
+} fm_sheet_answer;
+fm_sheet_answer fm_octree_sheet(const fm_octree_build *build, int level, uint32_t x, uint32_t y, uint32_t z);
 // leaves.c: their values, and the words of the chunk's nodes.
 fm_result fm_octree_chunk_emit(fm_octree_build *build, uint64_t chunk);
 // bricks.c: every top cell's word from what is far, then the chunk's bricks.

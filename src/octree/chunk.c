@@ -6,7 +6,8 @@
 #include <math.h>
 
 float fm_octree_reach(const fm_octree_build *build, int level) {
-    return (float)(((double)build->desc->band + sqrt(3) * (1 << level)) * 1.0001);
+    const double band = (double)build->desc->band, edge = 1 << level;
+    return (float)((fm_octree_is_thin(build) ? sqrt(3) * (edge + band) : band + sqrt(3) * edge) * 1.0001);
 }
 
 static void set_extent(const fm_octree_build *build, fm_octree_chunk *chunk) {

@@ -434,7 +434,7 @@ static fm_result build(fm_gpu_build *b, const fm_mesh *mesh) {
 
 bool fm_gpu_octree_builds(const fm_mesh *mesh, const fm_octree_desc *desc) {
     return mesh->gpu && mesh->triangle_count > 0 && desc->kind == FM_OCTREE_CLOSEST && desc->method == FM_OCTREE_EXACT &&
-           desc->attribute <= FM_OCTREE_TRIANGLE;
+           desc->band >= 1 && desc->attribute <= FM_OCTREE_TRIANGLE;
 }
 
 fm_result fm_gpu_octree_build(fm_mesh *mesh, const fm_octree_desc *desc, const double low[3], const double high[3],

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-static const float NEAR_SURFACE = 1.7320508f;
+static const float NEAR_SURFACE = 1.7320508f, MOST_OFF = 0.05f;
 
 typedef struct corner_set {
     float x[8], y[8], z[8];        // vectors in edges of the cell
@@ -62,13 +62,33 @@ static bool outside(const merge_job *job, int level, uint32_t x, uint32_t y, uin
     return false;
 }
 
+// Whether the place of the surface nearest to some corner is in the cell or within the band of it. Of a plane through a cell one
+// always is.
+static bool passed(const merge_job *job, uint32_t x, uint32_t y, uint32_t z) {
+    const fm_octree_field *field = &job->chunk->fields[0];
+    const float low = -job->build->desc->band, high = 1 - low;
+    for (uint32_t i = 0; i < 8; i++) {
+        const uint64_t at = fm_node_at(field->shape, x + (i & 1), y + (i >> 1 & 1), z + (i >> 2));
+        bool in = field->triangles[at] != FM_NO_TRIANGLE;
+        for (uint32_t axis = 0; axis < 3 && in; axis++) {
+            const float place = (float)(i >> axis & 1) + field->vectors[at][axis];
+            in = place >= low && place <= high;
+        }
+        if (in) {
+            return true;
+        }
+    }
+    return false;
+}
+
 static void set_cell(const merge_job *job, uint32_t x, uint32_t y, uint32_t z) {
     const fm_octree_nodes *nodes = &job->chunk->nodes[0];
     const fm_octree_field *field = &job->chunk->fields[0];
     const uint64_t i = fm_node_at(nodes->shape, x, y, z);
     const float nearest = nearest_corner(field, x, y, z);
     const bool beyond = outside(job, 0, x, y, z);
-    const bool empty = beyond || nearest > job->build->desc->band;
+    const bool empty =
+        beyond || (fm_octree_is_thin(job->build) ? !passed(job, x, y, z) : nearest > job->build->desc->band);
     nodes->states[i] = empty ? FM_NODE_IS_EMPTY : FM_NODE_IS_LEAF;
     nodes->words[i] = float_bits(beyond ? INFINITY : bound_by_corners(job, 0, nearest));
 }
@@ -189,6 +209,24 @@ static bool surface_stays(const merge_job *job, const corner_set *set, int level
     return true;
 }
 
+static bool may_merge(const merge_job *job, int level, uint32_t x, uint32_t y, uint32_t z, uint32_t leaves) {
+    merge_job vectors = *job;
+    corner_set set;
+    if (!corners_of(job, level, x, y, z, &set)) {
+        return false;
+    }
+    if (fm_octree_is_thin(job->build) && !job->signed_values) {
+        const fm_sheet_answer answer = fm_octree_sheet(job->build, level, x, y, z);
+        if (answer != FM_SHEET_NONE) {
+            return answer == FM_SHEET_STAYS;
+        }
+        // Where there is no sheet a ray must come within epsilon of the vectors' surface.
+        vectors.threshold = fminf(job->threshold, MOST_OFF);
+    }
+    return children_agree(&vectors, &set, level, x, y, z, leaves) &&
+           (level == 1 || surface_stays(&vectors, &set, level, x, y, z));
+}
+
 static void set_node(const merge_job *job, int level, uint32_t x, uint32_t y, uint32_t z) {
     const fm_octree_nodes *nodes = &job->chunk->nodes[level], *finer = &job->chunk->nodes[level - 1];
     const uint64_t own = fm_node_at(nodes->shape, x, y, z);
@@ -208,10 +246,7 @@ static void set_node(const merge_job *job, int level, uint32_t x, uint32_t y, ui
         nodes->words[own] = float_bits(fmaxf(bound, bound_by_corners(job, level, nearest_corner(field, x, y, z))));
         return;
     }
-    corner_set set;
-    const bool merged = !internal && job->threshold >= 0 && corners_of(job, level, x, y, z, &set) &&
-                        children_agree(job, &set, level, x, y, z, leaves) &&
-                        (level == 1 || surface_stays(job, &set, level, x, y, z));
+    const bool merged = !internal && job->threshold >= 0 && may_merge(job, level, x, y, z, leaves);
     nodes->states[own] = merged ? FM_NODE_IS_LEAF : FM_NODE_IS_INTERNAL;
     for (uint32_t i = 0; merged && i < 8; i++) {
         finer->states[children[i]] = leaves >> i & 1 ? FM_NODE_IS_MERGED : FM_NODE_IS_EMPTY;
