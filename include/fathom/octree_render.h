@@ -54,7 +54,7 @@ FM_API void fm_octree_stream_close(fm_octree_stream *stream);
 // budget.
 // Errors: FM_ERROR_INVALID_ARGUMENT for NULL and for a camera that fm_octree_render refuses: then nothing has changed;
 // FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL: then pictures show what was there, or the coarse octree,
-// and the next update goes on. Source: Demir and Westermann 2015, section 5.
+// and the next update goes on. Source: Demir and Westermann 2015, sections 4.3 and 4.4.
 FM_API fm_result fm_octree_stream_update(fm_octree_stream *stream, const fm_camera *camera, bool wait);
 FM_API void fm_octree_stream_describe(const fm_octree_stream *stream, fm_octree_stream_info *info);  // NULL, for either, is ignored
 
@@ -89,7 +89,7 @@ typedef struct fm_octree_render_stats {
     uint64_t second_rays, second_reads;      // to the sun, reflected and refracted
 } fm_octree_render_stats;
 
-// Renders into memory of its own, about 24 bytes a pixel (FM_PURPOSE_PICTURES). Same thread rule as its context, which it must not
+// Renders into memory of its own, about 20 bytes a pixel (FM_PURPOSE_PICTURES). Same thread rule as its context, which it must not
 // outlive; one renderer may draw many octrees and streams of its context, one after the other.
 typedef struct fm_octree_renderer fm_octree_renderer;
 
@@ -106,7 +106,7 @@ FM_API void fm_octree_renderer_destroy(fm_octree_renderer *renderer);  // waits 
 // they and `shadow` are of FM_OCTREE_SHADED alone. Errors: FM_ERROR_INVALID_ARGUMENT for NULL but for `ticket`, numbers out of
 // range, an octree or a stream of another context; FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY,
 // FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL. The picture before stays the newest unless the wait for this one is what failed. Source:
-// Demir and Westermann 2015, sections 2, 4.2 and, of streams, 5.
+// Demir and Westermann 2015, sections 2, 4.2 and, of streams, 4.3.
 FM_API fm_result fm_octree_render(fm_octree_renderer *renderer, const fm_octree_render_desc *desc, fm_ticket *ticket);
 // Each waits for the newest picture and copies `width` x `height` of them, top row first: RGBA of 8 bits (sRGB, opaque); or of each
 // pixel what its ray hit, as fm_octree_cast of a ray whose direction is of length 1, with normals of 32 bits. Errors:

@@ -3,7 +3,7 @@
 
 #include "gpu/compute.h"
 #include "mesh/compose.h"
-#include "mesh/flights.h"
+#include "gpu/flights.h"
 
 #include <string.h>
 
@@ -37,8 +37,8 @@ static fm_result record(const fm_composed *composed, const fm_compose_work *work
     fm_gpu *gpu = composed->context->gpu;
     const fm_shape shape = composed->field->desc.shape;
     const uint64_t blocks_at = composed->item_count * sizeof(fm_compose_object);
-    char *memory = fm_buffer_mapped(flight->upload);
-    fm_compose_push push = {.objects = fm_buffer_address(flight->upload),
+    char *memory = fm_buffer_mapped(flight->buffer);
+    fm_compose_push push = {.objects = fm_buffer_address(flight->buffer),
                             .field = fm_buffer_address(composed->field->buffer),
                             .shape = {(int)shape.x, (int)shape.y, (int)shape.z},
                             .object_count = write_objects(composed, (fm_compose_object *)(void *)memory),
@@ -64,7 +64,7 @@ fm_result fm_gpu_compose(fm_composed *composed, const fm_compose_work *work, fm_
     }
     const uint64_t bytes = composed->item_count * sizeof(fm_compose_object) + (work->list ? work->count * sizeof *work->list : 0);
     fm_flight *flight;
-    FM_TRY(fm_flights_take(&composed->gpu->flights, gpu, fm_max_u64(bytes, 16), &flight));
+    FM_TRY(fm_flights_take(&composed->gpu->flights, gpu, FM_PURPOSE_UPLOAD, fm_max_u64(bytes, 16), &flight));
     fm_slot *slot;
     FM_TRY(fm_commands_begin(gpu, &slot));
     FM_TRY(record(composed, work, flight, slot));

@@ -5,7 +5,7 @@
 
 #include "mesh/gpu_scene.h"
 
-#include "mesh/flights.h"
+#include "gpu/flights.h"
 #include "mesh/gpu_mesh.h"
 
 #include <string.h>
@@ -82,7 +82,7 @@ static fm_gpu_run *write_runs(const fm_scene_object *object, uint32_t place, fm_
 // Fills the upload buffer and records the copies out of it.
 static void load(const fm_scene *scene, fm_slot *slot, const fm_flight *f, const cargo *c) {
     const struct fm_gpu_scene *own = scene->gpu;
-    char *memory = fm_buffer_mapped(f->upload);
+    char *memory = fm_buffer_mapped(f->buffer);
     fm_gpu_run *run = (fm_gpu_run *)(void *)memory;
     uint32_t place = 0;
     uint64_t at = c->vertices_at;
@@ -96,7 +96,7 @@ static void load(const fm_scene *scene, fm_slot *slot, const fm_flight *f, const
         if (object->deformed) {
             const uint64_t bytes = object->vertex_count * sizeof *scene->rest;
             memcpy(memory + at, scene->rest + object->first_vertex, bytes);
-            fm_commands_copy(own->gpu, slot, f->upload, at, own->rest, object->first_vertex * sizeof *scene->rest, bytes);
+            fm_commands_copy(own->gpu, slot, f->buffer, at, own->rest, object->first_vertex * sizeof *scene->rest, bytes);
             at += bytes;
         }
     }
@@ -105,7 +105,7 @@ static void load(const fm_scene *scene, fm_slot *slot, const fm_flight *f, const
 
 static fm_result record(const fm_scene *scene, fm_slot *slot, const fm_flight *f, const cargo *c) {
     const struct fm_gpu_scene *own = scene->gpu;
-    const fm_address upload = fm_buffer_address(f->upload);
+    const fm_address upload = fm_buffer_address(f->buffer);
     const fm_scene_push push = {.rest = fm_buffer_address(own->rest),
                                 .vertices = fm_gpu_mesh_vertices(scene->mesh),
                                 .runs = upload,
@@ -129,7 +129,7 @@ fm_result fm_gpu_scene_update(fm_scene *scene, fm_ticket *ticket) {
         return FM_OK;
     }
     fm_flight *f;
-    FM_TRY(fm_flights_take(&own->flights, own->gpu, c.bytes, &f));
+    FM_TRY(fm_flights_take(&own->flights, own->gpu, FM_PURPOSE_UPLOAD, c.bytes, &f));
     fm_slot *slot;
     fm_ticket done;
     FM_TRY(fm_commands_begin(own->gpu, &slot));

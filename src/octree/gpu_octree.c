@@ -4,7 +4,7 @@
 #include "gpu/compute.h"
 #include "octree/gpu_build.h"
 #include "octree/octree.h"
-#include "world/gpu_world.h"
+#include "world/refs.h"
 
 #include <string.h>
 
@@ -131,15 +131,16 @@ static fm_result gathering_room(fm_octree *octree, uint64_t bytes) {
 fm_result fm_gpu_octree_gather(fm_octree *octree, const fm_world *world, const fm_box *box, uint32_t *voxels) {
     enum { THREADS = 64 };
     fm_gpu *gpu = octree->context->gpu;
-    const fm_shape shape = world->desc.shape;
-    fm_octree_gather_push push = {.row = shape.x, .slice = (uint64_t)shape.x * shape.y};
+    fm_world_desc about;
+    fm_world_info(world, &about);
+    fm_octree_gather_push push = {.row = about.shape.x, .slice = (uint64_t)about.shape.x * about.shape.y};
     push.width = (uint32_t)(box->end[0] - box->begin[0]);
     push.rows = (uint32_t)(box->end[1] - box->begin[1]);
     push.slices = (uint32_t)(box->end[2] - box->begin[2]);
     const uint64_t count = (uint64_t)push.width * push.rows * push.slices, bytes = count * sizeof *voxels;
     const uint64_t first = (uint64_t)box->begin[0] + push.row * (uint64_t)box->begin[1] + push.slice * (uint64_t)box->begin[2];
     FM_TRY(gathering_room(octree, bytes));
-    push.source = fm_buffer_address(world->gpu->voxels) + first * sizeof *voxels;
+    push.source = fm_gpu_world_refs(world).voxels + first * sizeof *voxels;
     push.target = fm_buffer_address(octree->gpu->gathered);
     const fm_dispatch dispatch = {
         .kernel = FM_KERNEL_OCTREE_GATHER, .push = &push, .push_bytes = sizeof push, .groups = fm_div_up(count, THREADS)};

@@ -3,7 +3,7 @@
 // the world hands them out, or for updates in the box that has changed.
 
 #include "octree/voxels.h"
-#include "world/world.h"
+#include "world/refs.h"
 
 #include <string.h>
 
@@ -11,6 +11,8 @@ enum { SLAB = 64, PATCH = 16, MOST_PATCH_VOXELS = 1 << 22 };
 
 typedef struct slabs {
     fm_world *world;
+    fm_context *context;
+    fm_shape shape;
     fm_octree *octree;      // that is updated
     const fm_box *patches;  // what is wanted, at once where it is not too much
     uint32_t patch_count;
@@ -37,8 +39,7 @@ static bool holds(const fm_box *outer, const fm_box *inner) {
 }
 
 static fm_box widened(const slabs *own, const fm_box *box, int64_t step, bool rows) {
-    const fm_shape shape = own->world->desc.shape;
-    const int64_t size[3] = {shape.x, shape.y, shape.z};
+    const int64_t size[3] = {own->shape.x, own->shape.y, own->shape.z};
     fm_box wide;
     for (int axis = 0; axis < 3; axis++) {
         const bool whole = rows && axis == 0;
@@ -66,7 +67,7 @@ static fm_box choose(const slabs *own, const fm_box *box, bool *patch) {
 static fm_result load(slabs *own, const fm_box *box) {
     bool patch;
     const fm_box wanted = choose(own, box, &patch);
-    const fm_allocator *allocator = &own->world->context->allocator;
+    const fm_allocator *allocator = &own->context->allocator;
     const uint64_t bytes = voxels_in(&wanted) * sizeof *own->voxels;
     own->box = (fm_box){{0}, {0}};
     if (bytes > own->room) {
@@ -108,15 +109,18 @@ static fm_result read_straight(void *user, const fm_box *box, uint32_t *voxels) 
 
 // The world as a source; what `feed` points to must stay while it is used.
 static void open_feed(fm_world *world, slabs *own, fm_voxel_source *source, fm_voxel_feed *feed) {
-    const fm_shape shape = world->desc.shape;
-    const bool here = world->context->backend == FM_BACKEND_CPU;
+    fm_world_desc about;
+    fm_world_info(world, &about);
+    const fm_shape shape = own->shape = about.shape;
+    own->context = fm_world_context(world);
+    const bool here = own->context->backend == FM_BACKEND_CPU;
     *source = (fm_voxel_source){.user = own, .shape = {shape.x, shape.y, shape.z}, .read = here ? read_straight : read_slab};
     own->world = world;
     *feed = (fm_voxel_feed){.source = source, .dense = here ? fm_world_map(world) : NULL};
 }
 
 static void close_feed(slabs *own) {
-    fm_free(&own->world->context->allocator, own->voxels, own->room);
+    fm_free(&own->context->allocator, own->voxels, own->room);
 }
 
 fm_result fm_octree_build_world(fm_world *world, const fm_octree_desc *desc, fm_octree **octree) {
@@ -127,7 +131,7 @@ fm_result fm_octree_build_world(fm_world *world, const fm_octree_desc *desc, fm_
     fm_voxel_source source;
     fm_voxel_feed feed;
     open_feed(world, &own, &source, &feed);
-    const fm_result result = fm_voxel_build_fed(world->context, &feed, desc, octree);
+    const fm_result result = fm_voxel_build_fed(own.context, &feed, desc, octree);
     close_feed(&own);
     return result;
 }
@@ -136,7 +140,7 @@ fm_result fm_octree_update_world(fm_octree *octree, fm_world *world, const fm_bo
     if (!octree || !world) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", world ? "octree" : "world");
     }
-    if (octree->context != world->context) {
+    if (octree->context != fm_world_context(world)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "the world is of another context than the octree");
     }
     slabs own = {.octree = octree, .patches = boxes, .patch_count = boxes ? count : 0};

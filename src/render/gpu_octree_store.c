@@ -2,7 +2,7 @@
 #include "render/octree_store.h"
 
 #include "gpu/compute.h"
-#include "mesh/flights.h"
+#include "gpu/flights.h"
 
 #include <string.h>
 
@@ -45,7 +45,7 @@ void fm_octree_store_destroy(fm_octree_store *store) {
 }
 
 uint64_t fm_octree_store_tables(uint64_t parts) {
-    return FM_FLIGHTS * fm_round_up(2 * parts * sizeof(fm_octree_part), 256);
+    return FM_FLIGHTS * fm_round_up(parts * sizeof(fm_octree_part), 256);
 }
 
 uint64_t fm_octree_store_most(const fm_context *context) {
@@ -73,9 +73,9 @@ fm_result fm_octree_store_table(fm_octree_store *store, const fm_octree_part *ro
         fm_flights_sent(&store->tables, fm_gpu_newest(gpu));
     }
     fm_flight *flight;
-    FM_TRY(fm_flights_take(&store->tables, gpu, store->table_bytes, &flight));
+    FM_TRY(fm_flights_take(&store->tables, gpu, FM_PURPOSE_UPLOAD, store->table_bytes, &flight));
     store->told = true;
-    memcpy(fm_buffer_mapped(flight->upload), rows, store->table_bytes);
-    *address = fm_buffer_address(flight->upload);
+    memcpy(fm_buffer_mapped(flight->buffer), rows, store->table_bytes);
+    *address = fm_buffer_address(flight->buffer);
     return FM_OK;
 }

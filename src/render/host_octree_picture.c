@@ -54,14 +54,17 @@ static void second_rows(void *user, uint64_t begin, uint64_t end, uint32_t worke
             const fm_octree_second second = fm_second_light(j->scene, x, (int32_t)y, j->room->pixels[at], desc->shadow,
                                                             desc->reflection > 0, desc->refraction > 0);
             j->room->picture[at] = fm_pixel_bytes((fm_v3){second.color[0], second.color[1], second.color[2]});
-            j->room->seconds[at][0] = second.rays;
-            j->room->seconds[at][1] = second.reads;
+            if (j->room->seconds) {
+                j->room->seconds[at][0] = second.rays;
+                j->room->seconds[at][1] = second.reads;
+            }
         }
     }
 }
 
 static uint64_t room_bytes(const fm_octree_room *room) {
-    return room->count * (sizeof *room->pixels + sizeof *room->seconds + sizeof *room->picture) + room->tiles * sizeof *room->beams;
+    const uint64_t pixel = sizeof *room->pixels + sizeof *room->picture + (room->seconds ? sizeof *room->seconds : 0);
+    return room->count * pixel + room->tiles * sizeof *room->beams;
 }
 
 static void free_room(const fm_allocator *allocator, const fm_octree_room *room) {
@@ -72,17 +75,18 @@ static void free_room(const fm_allocator *allocator, const fm_octree_room *room)
 }
 
 // What is there stays until all that is new is there too.
-static fm_result make_room(fm_octree_renderer *renderer, uint64_t count, uint64_t tiles) {
-    if (renderer->room.count >= count && renderer->room.tiles >= tiles) {
+static fm_result make_room(fm_octree_renderer *renderer, uint64_t count, uint64_t tiles, bool seconds) {
+    const fm_octree_room *there = &renderer->room;
+    if (there->count >= count && there->tiles >= tiles && (there->seconds || !seconds)) {
         return FM_OK;
     }
     const fm_allocator *allocator = &renderer->context->allocator;
     fm_octree_room made = {.count = count, .tiles = tiles};
     made.beams = fm_alloc(allocator, tiles * sizeof *made.beams, "the beams of a picture");
     made.pixels = fm_alloc(allocator, count * sizeof *made.pixels, "what a picture's rays met");
-    made.seconds = fm_alloc(allocator, count * sizeof *made.seconds, "the second rays of a picture");
+    made.seconds = seconds ? fm_alloc(allocator, count * sizeof *made.seconds, "the second rays of a picture") : NULL;
     made.picture = fm_alloc(allocator, count * sizeof *made.picture, "a picture");
-    if (!made.beams || !made.pixels || !made.seconds || !made.picture) {
+    if (!made.beams || !made.pixels || (seconds && !made.seconds) || !made.picture) {
         free_room(allocator, &made);
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -102,7 +106,8 @@ fm_result fm_host_octree_picture(fm_octree_renderer *renderer, fm_octree_picture
     fm_context *context = renderer->context;
     const uint64_t height = picture->desc.height, pixels = picture->desc.width * height;
     const uint64_t rows = fm_div_up(height, FM_OCTREE_TILE);
-    FM_TRY(make_room(renderer, pixels, rows * fm_div_up(picture->desc.width, FM_OCTREE_TILE)));
+    const uint64_t tiles = rows * fm_div_up(picture->desc.width, FM_OCTREE_TILE);
+    FM_TRY(make_room(renderer, pixels, tiles, picture->desc.count && picture->second));
     const fm_octree_head head = fm_octree_host_head(picture->octree);
     picture->scene.head = (uint64_t)(uintptr_t)&head;
     job j = {.picture = picture, .scene = &picture->scene, .room = &renderer->room};

@@ -15,7 +15,7 @@ typedef struct fm_gpu_octree_renderer fm_gpu_octree_renderer;
 // A picture on the CPU.
 typedef struct fm_octree_room {
     fm_octree_pixel *pixels;
-    uint32_t (*seconds)[2], (*beams)[2];
+    uint32_t (*seconds)[2], (*beams)[2];  // seconds NULL where no picture has counted any
     uint32_t *picture;
     uint64_t count, tiles;  // pixels and tiles that there is room for
 } fm_octree_room;

@@ -4,6 +4,7 @@
 #include "world/gpu_world.h"
 
 #include "transform/fit.h"
+#include "world/refs.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -195,7 +196,15 @@ void fm_gpu_world_destroy(fm_world *world) {
     world->gpu = NULL;
 }
 
-static fm_result grow_upload(fm_gpu_world *own, fm_flight *flight, uint64_t bytes) {
+fm_world_refs fm_gpu_world_refs(const fm_world *world) {
+    const fm_gpu_world *own = world->gpu;
+    return (fm_world_refs){.voxels = fm_buffer_address(own->voxels),
+                           .bits = fm_buffer_address(own->bits),
+                           .field = fm_buffer_address(own->field),
+                           .colors = own->colors ? fm_buffer_address(own->colors) : 0};
+}
+
+static fm_result grow_upload(fm_gpu_world *own, fm_world_flight *flight, uint64_t bytes) {
     uint64_t size = fm_max_u64(fm_round_up(2 * bytes, 4096), UPLOAD_BYTES);
     fm_buffer *upload;
     FM_TRY(fm_buffer_create(own->gpu, FM_PURPOSE_UPLOAD, size, false, &upload));
@@ -207,7 +216,7 @@ static fm_result grow_upload(fm_gpu_world *own, fm_flight *flight, uint64_t byte
 
 fm_result fm_gpu_world_upload(fm_world *world, fm_slot **slot, uint64_t bytes, void **memory, uint64_t *address) {
     fm_gpu_world *own = world->gpu;
-    fm_flight *flight = &own->flights[own->next];
+    fm_world_flight *flight = &own->flights[own->next];
     bytes = fm_round_up(bytes, 16);
     if (flight->used + bytes > flight->upload_bytes) {
         if (flight->used > 0) {
@@ -227,7 +236,7 @@ fm_result fm_gpu_world_upload(fm_world *world, fm_slot **slot, uint64_t bytes, v
 // The next flight, when the update that used it last is complete.
 static fm_result begin_flight(fm_gpu_world *own) {
     own->next = (own->flight + 1) % FM_WORLD_IN_FLIGHT;
-    fm_flight *flight = &own->flights[own->next];
+    fm_world_flight *flight = &own->flights[own->next];
     FM_TRY(fm_gpu_wait(own->gpu, flight->ticket));
     flight->used = 0;
     memset(fm_buffer_mapped(flight->readback), 0, 4 * FM_READBACK_WORDS);

@@ -16,12 +16,12 @@ typedef struct fm_column_layout {
 } fm_column_layout;
 
 // What the host writes for an update in flight, and what the kernels write for the host.
-typedef struct fm_flight {
+typedef struct fm_world_flight {
     fm_buffer *upload;
     uint64_t upload_bytes, used;
     fm_buffer *readback;  // FM_READBACK_WORDS 32-bit words
     fm_ticket ticket;
-} fm_flight;
+} fm_world_flight;
 
 // Words of a flight's readback memory.
 enum { FM_COUNTED_Y = 0, FM_COUNTED_Z, FM_COUNTED_CHUNKS /* gpu_chunk_relax.c */, FM_READBACK_WORDS = 64 };
@@ -35,7 +35,7 @@ struct fm_gpu_world {
     fm_column_layout layout;
     uint32_t pitch;
 
-    fm_flight flights[FM_WORLD_IN_FLIGHT];
+    fm_world_flight flights[FM_WORLD_IN_FLIGHT];
     uint32_t flight;  // of the newest update
     uint32_t next;    // of the one that is being recorded
     uint64_t rows;    // that the newest update looked at

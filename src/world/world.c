@@ -2,6 +2,7 @@
 // The public calls that make and update a world: arguments are checked here, and nowhere below.
 
 #include "world/chunks.h"
+#include "world/refs.h"
 
 #include <string.h>
 
@@ -163,6 +164,10 @@ void fm_world_destroy(fm_world *world) {
     fm_chunks_destroy(world);
     fm_queue_destroy(world->queue);
     fm_free(&world->context->allocator, world, sizeof *world);
+}
+
+fm_context *fm_world_context(const fm_world *world) {
+    return world->context;
 }
 
 void fm_world_info(const fm_world *world, fm_world_desc *desc) {
