@@ -3,6 +3,7 @@
 // Octree files: what is read is what was written, and nothing that is wrong with a file is taken.
 
 #include "faulty.h"
+#include "measured.h"
 #include "octree_made.h"
 
 #include <sys/mman.h>
@@ -618,23 +619,6 @@ static void places(fm_context *context) {
     io_clear();
 }
 
-typedef struct measured {
-    size_t now, most;
-} measured;
-
-static void *measured_alloc(void *user, size_t size, size_t alignment) {
-    measured *m = user;
-    void *memory = NULL;
-    m->now += size;
-    m->most = m->now > m->most ? m->now : m->most;
-    return posix_memalign(&memory, alignment, size) == 0 ? memory : NULL;
-}
-
-static void measured_free(void *user, void *memory, size_t size) {
-    ((measured *)user)->now -= size;
-    free(memory);
-}
-
 static void pack(const char *path, const uint8_t *bytes, size_t size, size_t zeros) {
     static const uint8_t nothing[1 << 16];
     gzFile packed = gzopen(path, "wb");
@@ -649,11 +633,10 @@ static void pack(const char *path, const uint8_t *bytes, size_t size, size_t zer
 // memory is taken. Of a file with parts the coarse octree is all.
 static void bombs(void) {
     enum { ZEROS = 1 << 28, MOST = 1 << 21 };
-    measured m = {0, 0};
-    const fm_allocator allocator = {measured_alloc, measured_free, &m};
-    const fm_context_desc desc = {.backend = FM_BACKEND_CPU, .threads = 1, .allocator = &allocator};
+    measured m;
+    fm_allocator allocator;
     fm_context *context = NULL;
-    if (!CHECK_OK(fm_context_create(&desc, &context))) {
+    if (!CHECK_OK(measured_context(&m, &allocator, &context))) {
         return;
     }
     size_t size = 0;

@@ -20,12 +20,12 @@ typedef struct memory {
 } memory;
 
 static void memory_free(const fm_mesh *mesh, memory *m) {
-    const fm_allocator *allocator = &mesh->context->allocator;
-    fm_free(allocator, m->spheres, mesh->triangle_count * sizeof *m->spheres);
-    fm_free(allocator, m->ids, mesh->triangle_count * sizeof *m->ids);
-    fm_free(allocator, m->items, m->item_count * sizeof *m->items);
-    fm_free(allocator, m->workers, m->threads * sizeof *m->workers);
-    fm_free(allocator, m->lists, m->list_bytes * m->threads);
+    fm_context *context = mesh->context;
+    fm_mesh_free(context, m->spheres, mesh->triangle_count * sizeof *m->spheres);
+    fm_mesh_free(context, m->ids, mesh->triangle_count * sizeof *m->ids);
+    fm_mesh_free(context, m->items, m->item_count * sizeof *m->items);
+    fm_mesh_free(context, m->workers, m->threads * sizeof *m->workers);
+    fm_mesh_free(context, m->lists, m->list_bytes * m->threads);
 }
 
 static bool use_avx2(void) {
@@ -151,16 +151,15 @@ static void scale(const fm_nearest_field *field, fm_descent *job) {
 
 static fm_result memory_make(fm_descent *job, memory *m) {
     fm_context *context = job->mesh->context;
-    const fm_allocator *allocator = &context->allocator;
     static const uint32_t low[3] = {0, 0, 0};
     const int item_level = job->levels < DESCENT_ITEM_LEVEL ? job->levels : DESCENT_ITEM_LEVEL;
     fm_descent_worker unplaced;
     m->threads = fm_pool_threads(context->pool);
     m->item_count = list_items(&job->grid, job->levels, item_level, low, 0, NULL);
     m->list_bytes = lay_out(job, NULL, &unplaced);
-    m->items = fm_alloc(allocator, m->item_count * sizeof *m->items, "cubes of texels");
-    m->workers = fm_alloc(allocator, m->threads * sizeof *m->workers, "lists of triangles");
-    m->lists = fm_alloc(allocator, m->list_bytes * m->threads, "lists of triangles");
+    m->items = fm_mesh_alloc(context, m->item_count * sizeof *m->items, "cubes of texels");
+    m->workers = fm_mesh_alloc(context, m->threads * sizeof *m->workers, "lists of triangles");
+    m->lists = fm_mesh_alloc(context, m->list_bytes * m->threads, "lists of triangles");
     if (!m->items || !m->workers || !m->lists) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -188,9 +187,9 @@ static void clear(void *user, uint64_t begin, uint64_t end, uint32_t worker) {
 static fm_result run(const fm_nearest_field *field, fm_descent *job, memory *m) {
     const fm_mesh *mesh = job->mesh;
     fm_pool *pool = mesh->context->pool;
-    const fm_allocator *allocator = &mesh->context->allocator;
-    m->spheres = fm_alloc(allocator, mesh->triangle_count * sizeof *m->spheres, "spheres around triangles");
-    m->ids = fm_alloc(allocator, mesh->triangle_count * sizeof *m->ids, "spheres around triangles");
+    fm_context *context = mesh->context;
+    m->spheres = fm_mesh_alloc(context, mesh->triangle_count * sizeof *m->spheres, "spheres around triangles");
+    m->ids = fm_mesh_alloc(context, mesh->triangle_count * sizeof *m->ids, "spheres around triangles");
     if (!m->spheres || !m->ids) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }

@@ -117,10 +117,10 @@ fm_result fm_octree_bricks_emit(fm_octree_build *build) {
         job.bricks[axis] = build->chunk.extent[axis] / EDGE;
         job.count *= job.bricks[axis];
     }
-    const fm_allocator *allocator = &build->context->allocator;
+    fm_context *context = build->context;
     FM_TRY(sign_far(build, job.field));
-    job.nearest = fm_alloc(allocator, job.count * sizeof *job.nearest, "bricks");
-    job.words = fm_alloc(allocator, job.count * sizeof *job.words, "bricks");
+    job.nearest = fm_octree_alloc(context, job.count * sizeof *job.nearest, "bricks");
+    job.words = fm_octree_alloc(context, job.count * sizeof *job.words, "bricks");
     fm_result result = job.nearest && job.words ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
     if (result == FM_OK) {
         fm_pool_run(build->context->pool, job.count, 16, find_nearest, &job);
@@ -129,8 +129,8 @@ fm_result fm_octree_bricks_emit(fm_octree_build *build) {
     if (result == FM_OK) {
         fm_pool_run(build->context->pool, job.count, 16, write_bricks, &job);
     }
-    fm_free(allocator, job.nearest, job.count * sizeof *job.nearest);
-    fm_free(allocator, job.words, job.count * sizeof *job.words);
+    fm_octree_free(context, job.nearest, job.count * sizeof *job.nearest);
+    fm_octree_free(context, job.words, job.count * sizeof *job.words);
     return result;
 }
 

@@ -66,7 +66,7 @@ fm_result fm_octree_box_of(fm_mesh *mesh, const fm_octree_desc *desc, double low
 fm_result fm_octree_build_begin(fm_octree_build *build, const double low[3], const double high[3]) {
     FM_TRY(fm_octree_new(build->context, build->desc, low, high, &build->octree));
     const fm_octree_info *info = &build->octree->info;
-    const fm_allocator *allocator = &build->context->allocator;
+    fm_context *context = build->context;
     build->chunk_count = 1;
     for (int axis = 0; axis < 3; axis++) {
         build->origin[axis] = info->origin[axis];
@@ -83,9 +83,9 @@ fm_result fm_octree_build_begin(fm_octree_build *build, const double low[3], con
     build->grain = info->kind == FM_OCTREE_BRICKS ? FM_BRICK_LEVEL : build->leaf_most;
     build->margin = (double)fm_octree_reach(build, build->leaf_most) + 0.5;
     build->roots.size = 4;
-    build->slots = fm_alloc_zero(allocator, build->chunk_count * sizeof *build->slots, "chunks");
-    build->errors = fm_alloc_zero(
-        allocator, (uint64_t)fm_pool_threads(build->context->pool) * FM_ERROR_BINS * sizeof *build->errors, "errors of codes");
+    build->slots = fm_octree_alloc_zero(context, build->chunk_count * sizeof *build->slots, "chunks");
+    build->errors = fm_octree_alloc_zero(
+        context, (uint64_t)fm_pool_threads(build->context->pool) * FM_ERROR_BINS * sizeof *build->errors, "errors of codes");
     if (!build->slots || !build->errors) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -96,15 +96,15 @@ fm_result fm_octree_build_begin(fm_octree_build *build, const double low[3], con
 }
 
 void fm_octree_build_end(fm_octree_build *build) {
-    const fm_allocator *allocator = &build->context->allocator;
+    fm_context *context = build->context;
     fm_octree_far_free(build);
     fm_octree_chunk_free(build);
     fm_octree_growth_free(build);
     fm_octree_soup_free(build, &build->soup);
-    fm_free(allocator, build->slots, build->chunk_count * sizeof *build->slots);
-    fm_free(allocator, build->errors, (uint64_t)fm_pool_threads(build->context->pool) * FM_ERROR_BINS * sizeof *build->errors);
-    fm_free(allocator, build->listed, build->first ? build->first[build->chunk_count] * sizeof *build->listed : 0);
-    fm_free(allocator, build->first, (build->chunk_count + 1) * sizeof *build->first);
+    fm_octree_free(context, build->slots, build->chunk_count * sizeof *build->slots);
+    fm_octree_free(context, build->errors, (uint64_t)fm_pool_threads(build->context->pool) * FM_ERROR_BINS * sizeof *build->errors);
+    fm_octree_free(context, build->listed, build->first ? build->first[build->chunk_count] * sizeof *build->listed : 0);
+    fm_octree_free(context, build->first, (build->chunk_count + 1) * sizeof *build->first);
     if (build->octree) {
         fm_octree_array_free(build->octree, &build->roots);
         fm_octree_destroy(build->octree);

@@ -21,14 +21,14 @@ fm_result fm_octree_far_make(fm_octree_build *build) {
             break;
         }
     }
-    far->occupied = fm_alloc_zero(&build->context->allocator, far->count, "cells that the surface passes");
+    far->occupied = fm_octree_alloc_zero(build->context, far->count, "cells that the surface passes");
     return far->occupied ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 void fm_octree_far_free(fm_octree_build *build) {
     fm_octree_far *far = &build->far;
-    fm_free(&build->context->allocator, far->occupied, far->count);
-    fm_free(&build->context->allocator, far->bound, far->count * sizeof *far->bound);
+    fm_octree_free(build->context, far->occupied, far->count);
+    fm_octree_free(build->context, far->bound, far->count * sizeof *far->bound);
     far->occupied = NULL;
     far->bound = NULL;
 }
@@ -202,8 +202,8 @@ fm_result fm_octree_far_finish(fm_octree_build *build) {
         mark_border(far);
     }
     const uint64_t bytes = (uint64_t)fm_pool_threads(context->pool) * 3 * job.longest * sizeof *job.scratch;
-    far->bound = fm_alloc(&context->allocator, far->count * sizeof *far->bound, "bounds of empty cells");
-    job.scratch = fm_alloc(&context->allocator, bytes, "bounds of empty cells");
+    far->bound = fm_octree_alloc(context, far->count * sizeof *far->bound, "bounds of empty cells");
+    job.scratch = fm_octree_alloc(context, bytes, "bounds of empty cells");
     if (far->bound && job.scratch) {
         fm_pool_run(context->pool, far->shape[2], 1, seed_slices, far);
         for (job.axis = 0; job.axis < 3; job.axis++) {
@@ -211,7 +211,7 @@ fm_result fm_octree_far_finish(fm_octree_build *build) {
         }
         fm_pool_run(context->pool, far->shape[2], 1, root_slices, far);
     }
-    fm_free(&context->allocator, job.scratch, bytes);
+    fm_octree_free(context, job.scratch, bytes);
     return far->bound && job.scratch ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }
 

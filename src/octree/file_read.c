@@ -159,8 +159,7 @@ static void unmap(fm_octree *octree) {
 }
 
 static void free_image(fm_octree *octree) {
-    fm_meter_remove(&octree->context->host[FM_PURPOSE_OCTREES], octree->mapped_bytes);
-    fm_free(&octree->context->allocator, octree->mapped, octree->mapped_bytes);
+    fm_octree_free(octree->context, octree->mapped, octree->mapped_bytes);
 }
 
 // A file that can be mapped and begins as it should; false: it is to be read, whatever the reason, and reading tells of errors.
@@ -189,12 +188,8 @@ static bool map(const char *path, void **memory, uint64_t *bytes) {
 
 fm_result fm_fmo_take_image(fm_context *context, uint64_t bytes, fm_fmo_memory *memory) {
     *memory = (fm_fmo_memory){.bytes = bytes, .release = free_image};
-    memory->data = fm_alloc(&context->allocator, bytes, "an octree");
-    if (!memory->data) {
-        return FM_ERROR_OUT_OF_HOST_MEMORY;
-    }
-    fm_meter_add(&context->host[FM_PURPOSE_OCTREES], bytes);
-    return FM_OK;
+    memory->data = fm_octree_alloc(context, bytes, "an octree");
+    return memory->data ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 void fm_fmo_release(fm_context *context, const fm_fmo_memory *memory) {
@@ -236,14 +231,16 @@ static fm_result check_whole(const fm_octree *octree, const fm_fmo_header *heade
         return fm_fail(FM_ERROR_FORMAT, "%s: has %llu bytes after its last section: its header and its size do not agree", name,
                        (unsigned long long)(octree->mapped_bytes - header->image_bytes));
     }
-    const fm_allocator *allocator = &octree->context->allocator;
+    fm_context *context = octree->context;
     const uint64_t bytes = fm_octree_marks(octree);
-    uint8_t *marks = fm_alloc_zero(allocator, bytes, "the check of an octree");
+    uint8_t *marks = fm_alloc_zero(&context->allocator, bytes, "the check of an octree");
     if (!marks) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
+    fm_meter_add(&context->host[FM_PURPOSE_SCRATCH], bytes);
     const fm_result result = fm_fmo_check_image(octree->mapped, name, octree, marks);
-    fm_free(allocator, marks, bytes);
+    fm_meter_remove(&context->host[FM_PURPOSE_SCRATCH], bytes);
+    fm_free(&context->allocator, marks, bytes);
     return result;
 }
 

@@ -44,22 +44,22 @@ void fm_octree_growth_free(fm_octree_build *build) {
     if (!g) {
         return;
     }
-    const fm_allocator *allocator = &build->context->allocator;
-    fm_free(allocator, g->distance2, g->room * sizeof *g->distance2);
-    fm_free(allocator, g->next_distance2, g->room * sizeof *g->next_distance2);
-    fm_free(allocator, g->triangles, g->room * sizeof *g->triangles);
-    fm_free(allocator, g->next_triangles, g->room * sizeof *g->next_triangles);
-    fm_free(allocator, g->changed, g->room);
-    fm_free(allocator, g->next_changed, g->room);
-    fm_free(allocator, g->slices, LONGEST);
-    fm_free(allocator, g, sizeof *g);
+    fm_context *context = build->context;
+    fm_octree_free(context, g->distance2, g->room * sizeof *g->distance2);
+    fm_octree_free(context, g->next_distance2, g->room * sizeof *g->next_distance2);
+    fm_octree_free(context, g->triangles, g->room * sizeof *g->triangles);
+    fm_octree_free(context, g->next_triangles, g->room * sizeof *g->next_triangles);
+    fm_octree_free(context, g->changed, g->room);
+    fm_octree_free(context, g->next_changed, g->room);
+    fm_octree_free(context, g->slices, LONGEST);
+    fm_octree_free(context, g, sizeof *g);
     build->growth = NULL;
 }
 
 // For the first chunk, which no other is greater than.
 static fm_result growth_make(fm_octree_build *build) {
-    const fm_allocator *allocator = &build->context->allocator;
-    growth *g = fm_alloc_zero(allocator, sizeof *g, "a chunk's growth");
+    fm_context *context = build->context;
+    growth *g = fm_octree_alloc_zero(context, sizeof *g, "a chunk's growth");
     if (!g) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -70,13 +70,13 @@ static fm_result growth_make(fm_octree_build *build) {
         room *= fm_min_u64(FM_CHUNK, fm_round_up(build->cells[axis], UINT64_C(1) << build->grain)) + 2 * MARGIN + 1;
     }
     g->room = room;
-    g->distance2 = fm_alloc(allocator, room * sizeof *g->distance2, "a chunk's growth");
-    g->next_distance2 = fm_alloc(allocator, room * sizeof *g->next_distance2, "a chunk's growth");
-    g->triangles = fm_alloc(allocator, room * sizeof *g->triangles, "a chunk's growth");
-    g->next_triangles = fm_alloc(allocator, room * sizeof *g->next_triangles, "a chunk's growth");
-    g->changed = fm_alloc(allocator, room, "a chunk's growth");
-    g->next_changed = fm_alloc(allocator, room, "a chunk's growth");
-    g->slices = fm_alloc(allocator, LONGEST, "a chunk's growth");
+    g->distance2 = fm_octree_alloc(context, room * sizeof *g->distance2, "a chunk's growth");
+    g->next_distance2 = fm_octree_alloc(context, room * sizeof *g->next_distance2, "a chunk's growth");
+    g->triangles = fm_octree_alloc(context, room * sizeof *g->triangles, "a chunk's growth");
+    g->next_triangles = fm_octree_alloc(context, room * sizeof *g->next_triangles, "a chunk's growth");
+    g->changed = fm_octree_alloc(context, room, "a chunk's growth");
+    g->next_changed = fm_octree_alloc(context, room, "a chunk's growth");
+    g->slices = fm_octree_alloc(context, LONGEST, "a chunk's growth");
     const bool made = g->distance2 && g->next_distance2 && g->triangles && g->next_triangles && g->changed && g->next_changed;
     return made && g->slices ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }

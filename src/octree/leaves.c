@@ -380,12 +380,12 @@ fm_result fm_octree_chunk_emit(fm_octree_build *build, uint64_t chunk) {
         job.tiles[axis] = build->chunk.nodes[build->leaf_most].shape[axis];
         job.tile_count *= job.tiles[axis];
     }
-    job.all = fm_alloc(&build->context->allocator, job.tile_count * sizeof *job.all, "counts of nodes");
+    job.all = fm_octree_alloc(build->context, job.tile_count * sizeof *job.all, "counts of nodes");
     if (!job.all) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     fm_result result = emit_values(&job);
     result = result == FM_OK ? emit_nodes(&job, chunk) : result;
-    fm_free(&build->context->allocator, job.all, job.tile_count * sizeof *job.all);
+    fm_octree_free(build->context, job.all, job.tile_count * sizeof *job.all);
     return result;
 }

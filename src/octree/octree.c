@@ -151,6 +151,29 @@ fm_result fm_octree_new(fm_context *context, const fm_octree_desc *desc, const d
     return FM_OK;
 }
 
+void *fm_octree_alloc(fm_context *context, uint64_t bytes, const char *what) {
+    void *memory = fm_alloc(&context->allocator, bytes, what);
+    if (memory) {
+        fm_meter_add(&context->host[FM_PURPOSE_OCTREES], bytes);
+    }
+    return memory;
+}
+
+void *fm_octree_alloc_zero(fm_context *context, uint64_t bytes, const char *what) {
+    void *memory = fm_octree_alloc(context, bytes, what);
+    if (memory) {
+        memset(memory, 0, bytes);
+    }
+    return memory;
+}
+
+void fm_octree_free(fm_context *context, void *memory, uint64_t bytes) {
+    if (memory) {
+        fm_meter_remove(&context->host[FM_PURPOSE_OCTREES], bytes);
+        fm_free(&context->allocator, memory, bytes);
+    }
+}
+
 bool fm_octree_reserve(fm_octree *octree, fm_octree_array *array, uint64_t more) {
     uint64_t wanted, bytes;
     if (fm_add_overflows(array->count, more, &wanted)) {
@@ -165,15 +188,13 @@ bool fm_octree_reserve(fm_octree *octree, fm_octree_array *array, uint64_t more)
         (void)fm_fail(FM_ERROR_OUT_OF_HOST_MEMORY, "an octree's array cannot have so many bytes");
         return false;
     }
-    fm_context *context = octree->context;
-    uint8_t *data = fm_alloc(&context->allocator, bytes, "an octree");
+    uint8_t *data = fm_octree_alloc(octree->context, bytes, "an octree");
     if (!data) {
         return false;
     }
     if (array->count > 0) {
         memcpy(data, array->data, array->count * array->size);
     }
-    fm_meter_add(&context->host[FM_PURPOSE_OCTREES], bytes);
     const uint64_t count = array->count;
     fm_octree_array_free(octree, array);
     array->data = data;
@@ -184,8 +205,7 @@ bool fm_octree_reserve(fm_octree *octree, fm_octree_array *array, uint64_t more)
 
 void fm_octree_array_free(fm_octree *octree, fm_octree_array *array) {
     if (array->room > 0) {
-        fm_meter_remove(&octree->context->host[FM_PURPOSE_OCTREES], array->room * array->size);
-        fm_free(&octree->context->allocator, array->data, array->room * array->size);
+        fm_octree_free(octree->context, array->data, array->room * array->size);
     }
     array->data = NULL;
     array->count = array->room = 0;

@@ -58,7 +58,12 @@ fm_result fm_octree_new(fm_context *context, const fm_octree_desc *desc, const d
                         fm_octree **octree);
 // Sets how many bytes an element of each array has, which kind and code decide.
 void fm_octree_size_arrays(fm_octree *octree);
-// Room for `more` elements behind those in use; false: no memory, with the error set. Host memory counts as FM_PURPOSE_OCTREES.
+// Memory that counts as the context's for octrees (FM_PURPOSE_OCTREES): what builds, files and streams of them need besides their
+// arrays. As fm_alloc and fm_free; one thread at a time.
+void *fm_octree_alloc(fm_context *context, uint64_t bytes, const char *what);
+void *fm_octree_alloc_zero(fm_context *context, uint64_t bytes, const char *what);
+void fm_octree_free(fm_context *context, void *memory, uint64_t bytes);
+// Room for `more` elements behind those in use; false: no memory, with the error set.
 bool fm_octree_reserve(fm_octree *octree, fm_octree_array *array, uint64_t more);
 void fm_octree_array_free(fm_octree *octree, fm_octree_array *array);
 // Counts what `info` tells of the arrays: called when a build or an update is complete.

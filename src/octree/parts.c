@@ -155,17 +155,16 @@ fm_result fm_octree_write_parts(fm_mesh *mesh, const fm_octree_desc *desc, const
     }
     division d;
     FM_TRY(divide(mesh, desc, parts, &d));
-    const fm_allocator *allocator = &mesh->context->allocator;
-    fm_fmo_part *rows = fm_alloc(allocator, d.total * sizeof *rows, "the directory of parts");
+    fm_fmo_part *rows = fm_octree_alloc(mesh->context, d.total * sizeof *rows, "the directory of parts");
     if (!rows) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     fm_output *output = NULL;
-    fm_result result = fm_output_open(allocator, path, false, &output);
+    fm_result result = fm_output_open(&mesh->context->allocator, path, false, &output);
     if (result == FM_OK) {
         result = fm_fmo_place(output, write_all(mesh, &d, output, rows));
     }
-    fm_free(allocator, rows, d.total * sizeof *rows);
+    fm_octree_free(mesh->context, rows, d.total * sizeof *rows);
     return result;
 }
 

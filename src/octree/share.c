@@ -18,7 +18,6 @@ typedef struct numbering {
 
 typedef struct sharing {
     fm_octree *octree;
-    const fm_allocator *allocator;
     uint64_t columns;     // before
     uint32_t *column_of;  // the distinct one of each
     uint32_t *kept;       // of each distinct column: where it stood first
@@ -53,7 +52,7 @@ static bool numbering_make(const sharing *s, numbering *n, uint64_t most) {
     while (n->size < most * 2) {
         n->size *= 2;
     }
-    n->slots = fm_alloc(s->allocator, n->size * sizeof *n->slots, "what is alike");
+    n->slots = fm_octree_alloc(s->octree->context, n->size * sizeof *n->slots, "what is alike");
     if (n->slots) {
         memset(n->slots, 0xff, n->size * sizeof *n->slots);
     }
@@ -61,7 +60,7 @@ static bool numbering_make(const sharing *s, numbering *n, uint64_t most) {
 }
 
 static void numbering_free(const sharing *s, numbering *n) {
-    fm_free(s->allocator, n->slots, n->size * sizeof *n->slots);
+    fm_octree_free(s->octree->context, n->slots, n->size * sizeof *n->slots);
     n->slots = NULL;
 }
 
@@ -98,8 +97,8 @@ static bool columns_alike(const sharing *s, uint32_t number, const void *key) {
 
 static bool number_columns(sharing *s) {
     s->columns = s->octree->values.count / FM_COLUMN_VALUES;
-    s->column_of = fm_alloc(s->allocator, s->columns * sizeof *s->column_of, "what is alike");
-    s->kept = fm_alloc(s->allocator, s->columns * sizeof *s->kept, "what is alike");
+    s->column_of = fm_octree_alloc(s->octree->context, s->columns * sizeof *s->column_of, "what is alike");
+    s->kept = fm_octree_alloc(s->octree->context, s->columns * sizeof *s->kept, "what is alike");
     if (!s->column_of || !s->kept || !numbering_make(s, &s->distinct, s->columns)) {
         return false;
     }
@@ -127,7 +126,7 @@ static bool pairs_alike(const sharing *s, uint32_t number, const void *key) {
 static bool number_leaves(sharing *s) {
     uint32_t *words = (uint32_t *)(void *)s->octree->words.data;
     s->pair_room = s->columns;
-    s->pairs = fm_alloc(s->allocator, s->pair_room * sizeof *s->pairs, "what is alike");
+    s->pairs = fm_octree_alloc(s->octree->context, s->pair_room * sizeof *s->pairs, "what is alike");
     if (!s->pairs || !numbering_make(s, &s->leaves, s->pair_room)) {
         return false;
     }
@@ -222,23 +221,23 @@ static bool reorder(const sharing *s, const trails *t, fm_octree_array *array) {
 
 static bool order_columns(sharing *s) {
     const uint64_t columns = s->distinct.count, leaves = s->leaves.count;
-    trails t = {.first = fm_alloc(s->allocator, (columns + 1) * 4, "what is alike"),
-                .ways = fm_alloc(s->allocator, leaves * 4, "what is alike"),
-                .arriving = fm_alloc(s->allocator, columns * 4, "what is alike"),
-                .next = fm_alloc(s->allocator, columns * 4, "what is alike"),
-                .order = fm_alloc(s->allocator, leaves * 8, "what is alike")};
-    s->placed = fm_alloc(s->allocator, leaves * sizeof *s->placed, "what is alike");
+    trails t = {.first = fm_octree_alloc(s->octree->context, (columns + 1) * 4, "what is alike"),
+                .ways = fm_octree_alloc(s->octree->context, leaves * 4, "what is alike"),
+                .arriving = fm_octree_alloc(s->octree->context, columns * 4, "what is alike"),
+                .next = fm_octree_alloc(s->octree->context, columns * 4, "what is alike"),
+                .order = fm_octree_alloc(s->octree->context, leaves * 8, "what is alike")};
+    s->placed = fm_octree_alloc(s->octree->context, leaves * sizeof *s->placed, "what is alike");
     bool good = t.first && t.ways && t.arriving && t.next && t.order && s->placed;
     if (good) {
         walk(s, &t);
         good = reorder(s, &t, &s->octree->values);
         good = good && (s->octree->attributes.count == 0 || reorder(s, &t, &s->octree->attributes));
     }
-    fm_free(s->allocator, t.first, (columns + 1) * 4);
-    fm_free(s->allocator, t.ways, leaves * 4);
-    fm_free(s->allocator, t.arriving, columns * 4);
-    fm_free(s->allocator, t.next, columns * 4);
-    fm_free(s->allocator, t.order, leaves * 8);
+    fm_octree_free(s->octree->context, t.first, (columns + 1) * 4);
+    fm_octree_free(s->octree->context, t.ways, leaves * 4);
+    fm_octree_free(s->octree->context, t.arriving, columns * 4);
+    fm_octree_free(s->octree->context, t.next, columns * 4);
+    fm_octree_free(s->octree->context, t.order, leaves * 8);
     return good;
 }
 
@@ -293,13 +292,13 @@ static bool share_words(sharing *s) {
 }
 
 fm_result fm_octree_share(fm_octree *octree) {
-    sharing s = {.octree = octree, .allocator = &octree->context->allocator};
+    sharing s = {.octree = octree};
     const bool good = number_columns(&s) && number_leaves(&s) && order_columns(&s) && share_words(&s);
     numbering_free(&s, &s.distinct);
     numbering_free(&s, &s.leaves);
-    fm_free(s.allocator, s.column_of, s.columns * sizeof *s.column_of);
-    fm_free(s.allocator, s.kept, s.columns * sizeof *s.kept);
-    fm_free(s.allocator, s.pairs, s.pair_room * sizeof *s.pairs);
-    fm_free(s.allocator, s.placed, s.leaves.count * sizeof *s.placed);
+    fm_octree_free(s.octree->context, s.column_of, s.columns * sizeof *s.column_of);
+    fm_octree_free(s.octree->context, s.kept, s.columns * sizeof *s.kept);
+    fm_octree_free(s.octree->context, s.pairs, s.pair_room * sizeof *s.pairs);
+    fm_octree_free(s.octree->context, s.placed, s.leaves.count * sizeof *s.placed);
     return good ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "octree/spill.h"
 
+#include "octree/octree.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>
@@ -43,10 +45,9 @@ struct fm_spill {
 };
 
 fm_result fm_spill_create(fm_context *context, const char *folder, uint32_t record_bytes, uint64_t bytes, fm_spill **result) {
-    const fm_allocator *allocator = &context->allocator;
     const char *fallback = getenv("TMPDIR");
     folder = folder ? folder : fallback && *fallback ? fallback : "/tmp";
-    fm_spill *spill = fm_alloc_zero(allocator, sizeof *spill, "waiting triangles");
+    fm_spill *spill = fm_octree_alloc_zero(context, sizeof *spill, "waiting triangles");
     if (!spill) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -55,13 +56,13 @@ fm_result fm_spill_create(fm_context *context, const char *folder, uint32_t reco
     spill->record_bytes = record_bytes;
     spill->room = fm_min_u64(fm_max_u64(bytes / (record_bytes + 3 * sizeof *spill->keys), LEAST_RECORDS), UINT32_MAX);
     spill->folder_bytes = strlen(folder) + 1;
-    spill->folder = fm_alloc(allocator, spill->folder_bytes, "waiting triangles");
-    spill->records = fm_alloc(allocator, spill->room * record_bytes, "waiting triangles");
-    spill->keys = fm_alloc(allocator, spill->room * sizeof *spill->keys, "waiting triangles");
-    spill->order = fm_alloc(allocator, spill->room * sizeof *spill->order, "waiting triangles");
-    spill->other = fm_alloc(allocator, spill->room * sizeof *spill->other, "waiting triangles");
-    spill->digits = fm_alloc(allocator, DIGIT * sizeof *spill->digits, "waiting triangles");
-    spill->staging = fm_alloc(allocator, (uint64_t)STAGING_RECORDS * record_bytes, "waiting triangles");
+    spill->folder = fm_octree_alloc(context, spill->folder_bytes, "waiting triangles");
+    spill->records = fm_octree_alloc(context, spill->room * record_bytes, "waiting triangles");
+    spill->keys = fm_octree_alloc(context, spill->room * sizeof *spill->keys, "waiting triangles");
+    spill->order = fm_octree_alloc(context, spill->room * sizeof *spill->order, "waiting triangles");
+    spill->other = fm_octree_alloc(context, spill->room * sizeof *spill->other, "waiting triangles");
+    spill->digits = fm_octree_alloc(context, DIGIT * sizeof *spill->digits, "waiting triangles");
+    spill->staging = fm_octree_alloc(context, (uint64_t)STAGING_RECORDS * record_bytes, "waiting triangles");
     if (!spill->folder || !spill->records || !spill->keys || !spill->order || !spill->other || !spill->digits || !spill->staging) {
         fm_spill_destroy(spill);
         return FM_ERROR_OUT_OF_HOST_MEMORY;
@@ -75,20 +76,20 @@ void fm_spill_destroy(fm_spill *spill) {
     if (!spill) {
         return;
     }
-    const fm_allocator *allocator = &spill->context->allocator;
+    fm_context *context = spill->context;
     if (spill->file >= 0) {
         close(spill->file);
     }
-    fm_free(allocator, spill->folder, spill->folder_bytes);
-    fm_free(allocator, spill->records, spill->room * spill->record_bytes);
-    fm_free(allocator, spill->keys, spill->room * sizeof *spill->keys);
-    fm_free(allocator, spill->order, spill->room * sizeof *spill->order);
-    fm_free(allocator, spill->other, spill->room * sizeof *spill->other);
-    fm_free(allocator, spill->digits, DIGIT * sizeof *spill->digits);
-    fm_free(allocator, spill->staging, (uint64_t)STAGING_RECORDS * spill->record_bytes);
-    fm_free(allocator, spill->pieces, spill->piece_room * sizeof *spill->pieces);
-    fm_free(allocator, spill->runs, spill->run_room * sizeof *spill->runs);
-    fm_free(allocator, spill, sizeof *spill);
+    fm_octree_free(context, spill->folder, spill->folder_bytes);
+    fm_octree_free(context, spill->records, spill->room * spill->record_bytes);
+    fm_octree_free(context, spill->keys, spill->room * sizeof *spill->keys);
+    fm_octree_free(context, spill->order, spill->room * sizeof *spill->order);
+    fm_octree_free(context, spill->other, spill->room * sizeof *spill->other);
+    fm_octree_free(context, spill->digits, DIGIT * sizeof *spill->digits);
+    fm_octree_free(context, spill->staging, (uint64_t)STAGING_RECORDS * spill->record_bytes);
+    fm_octree_free(context, spill->pieces, spill->piece_room * sizeof *spill->pieces);
+    fm_octree_free(context, spill->runs, spill->run_room * sizeof *spill->runs);
+    fm_octree_free(context, spill, sizeof *spill);
 }
 
 // --- The file ---
@@ -172,13 +173,13 @@ static void sort_by(fm_spill *spill, int shift) {
 
 // A longer array with what was in it; NULL: no memory, and the old one stays.
 static void *grown(const fm_spill *spill, void *array, uint64_t size, uint64_t count, uint64_t room, uint64_t wanted) {
-    const fm_allocator *allocator = &spill->context->allocator;
-    void *made = fm_alloc(allocator, wanted * size, "waiting triangles");
+    fm_context *context = spill->context;
+    void *made = fm_octree_alloc(context, wanted * size, "waiting triangles");
     if (made) {
         if (count > 0) {
             memcpy(made, array, count * size);
         }
-        fm_free(allocator, array, room * size);
+        fm_octree_free(context, array, room * size);
     }
     return made;
 }

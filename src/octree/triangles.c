@@ -113,9 +113,9 @@ static void visit(fm_octree_build *build, filling *job) {
 }
 
 fm_result fm_octree_sort_mesh(fm_octree_build *build) {
-    const fm_allocator *allocator = &build->context->allocator;
+    fm_context *context = build->context;
     const uint64_t bytes = (build->chunk_count + 1) * sizeof(uint64_t);
-    build->first = fm_alloc_zero(allocator, bytes, "lists of triangles");
+    build->first = fm_octree_alloc_zero(context, bytes, "lists of triangles");
     if (!build->first) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -123,28 +123,28 @@ fm_result fm_octree_sort_mesh(fm_octree_build *build) {
     for (uint64_t i = 0; i < build->chunk_count; i++) {
         build->first[i + 1] += build->first[i];
     }
-    filling job = {.next = fm_alloc(allocator, bytes, "lists of triangles")};
-    build->listed = fm_alloc(allocator, build->first[build->chunk_count] * sizeof(uint32_t), "lists of triangles");
+    filling job = {.next = fm_octree_alloc(context, bytes, "lists of triangles")};
+    build->listed = fm_octree_alloc(context, build->first[build->chunk_count] * sizeof(uint32_t), "lists of triangles");
     job.listed = build->listed;
     if (job.next && job.listed) {
         memcpy(job.next, build->first, bytes);
         visit(build, &job);
     }
-    fm_free(allocator, job.next, bytes);
+    fm_octree_free(context, job.next, bytes);
     return job.next && job.listed ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 void fm_octree_soup_free(const fm_octree_build *build, fm_octree_soup *soup) {
-    const fm_allocator *allocator = &build->context->allocator;
-    fm_free(allocator, soup->mesh.vertices, soup->room * 3 * sizeof *soup->mesh.vertices);
-    fm_free(allocator, soup->mesh.triangles, soup->room * sizeof *soup->mesh.triangles);
-    fm_free(allocator, soup->numbers, soup->room * sizeof *soup->numbers);
-    fm_free(allocator, soup->paint, soup->room * sizeof *soup->paint);
+    fm_context *context = build->context;
+    fm_octree_free(context, soup->mesh.vertices, soup->room * 3 * sizeof *soup->mesh.vertices);
+    fm_octree_free(context, soup->mesh.triangles, soup->room * sizeof *soup->mesh.triangles);
+    fm_octree_free(context, soup->numbers, soup->room * sizeof *soup->numbers);
+    fm_octree_free(context, soup->paint, soup->room * sizeof *soup->paint);
     *soup = (fm_octree_soup){0};
 }
 
 fm_result fm_octree_soup_reserve(const fm_octree_build *build, fm_octree_soup *soup, uint64_t count, bool paint) {
-    const fm_allocator *allocator = &build->context->allocator;
+    fm_context *context = build->context;
     soup->mesh.context = build->context;
     soup->mesh.triangle_count = soup->mesh.vertex_count = 0;
     if (count <= soup->room) {
@@ -157,10 +157,10 @@ fm_result fm_octree_soup_reserve(const fm_octree_build *build, fm_octree_soup *s
     fm_octree_soup_free(build, soup);
     soup->mesh.context = build->context;
     soup->room = count + count / 4;
-    soup->mesh.vertices = fm_alloc(allocator, soup->room * 3 * sizeof *soup->mesh.vertices, "triangles near a chunk");
-    soup->mesh.triangles = fm_alloc(allocator, soup->room * sizeof *soup->mesh.triangles, "triangles near a chunk");
-    soup->numbers = fm_alloc(allocator, soup->room * sizeof *soup->numbers, "triangles near a chunk");
-    soup->paint = paint ? fm_alloc(allocator, soup->room * sizeof *soup->paint, "triangles near a chunk") : NULL;
+    soup->mesh.vertices = fm_octree_alloc(context, soup->room * 3 * sizeof *soup->mesh.vertices, "triangles near a chunk");
+    soup->mesh.triangles = fm_octree_alloc(context, soup->room * sizeof *soup->mesh.triangles, "triangles near a chunk");
+    soup->numbers = fm_octree_alloc(context, soup->room * sizeof *soup->numbers, "triangles near a chunk");
+    soup->paint = paint ? fm_octree_alloc(context, soup->room * sizeof *soup->paint, "triangles near a chunk") : NULL;
     if (!soup->mesh.vertices || !soup->mesh.triangles || !soup->numbers || (paint && !soup->paint)) {
         fm_octree_soup_free(build, soup);
         return FM_ERROR_OUT_OF_HOST_MEMORY;

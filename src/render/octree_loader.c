@@ -7,7 +7,7 @@
 #include <string.h>
 
 struct fm_octree_loader {
-    const fm_allocator *allocator;
+    fm_context *context;  // not the thread's
     int file;
     const char *name;
     fm_octree_info like;
@@ -83,19 +83,19 @@ static void *work(void *user) {
     return NULL;
 }
 
-fm_result fm_octree_loader_create(const fm_allocator *allocator, int file, const char *name, const fm_octree *like,
+fm_result fm_octree_loader_create(fm_context *context, int file, const char *name, const fm_octree *like,
                                   const fm_octree_grid *grid, uint64_t most, fm_octree_loader **result) {
-    fm_octree_loader *loader = fm_alloc_zero(allocator, sizeof *loader, "the loader of an octree's parts");
+    fm_octree_loader *loader = fm_octree_alloc_zero(context, sizeof *loader, "the loader of an octree's parts");
     if (!loader) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
-    *loader = (fm_octree_loader){
-        .allocator = allocator, .file = file, .name = name, .like = like->info, .grid = *grid, .marks_bytes = most};
+    *loader =
+        (fm_octree_loader){.context = context, .file = file, .name = name, .like = like->info, .grid = *grid, .marks_bytes = most};
     pthread_mutex_init(&loader->lock, NULL);
     pthread_cond_init(&loader->asked, NULL);
     pthread_cond_init(&loader->done, NULL);
     // A part has nodes of four bytes, each of which has a mark of four.
-    loader->marks = fm_alloc(allocator, most, "the check of an octree");
+    loader->marks = fm_octree_alloc(context, most, "the check of an octree");
     fm_result status = loader->marks ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
     if (status == FM_OK) {
         loader->started = pthread_create(&loader->thread, NULL, work, loader) == 0;
@@ -123,8 +123,8 @@ void fm_octree_loader_destroy(fm_octree_loader *loader) {
     pthread_cond_destroy(&loader->asked);
     pthread_cond_destroy(&loader->done);
     pthread_mutex_destroy(&loader->lock);
-    fm_free(loader->allocator, loader->marks, loader->marks_bytes);
-    fm_free(loader->allocator, loader, sizeof *loader);
+    fm_octree_free(loader->context, loader->marks, loader->marks_bytes);
+    fm_octree_free(loader->context, loader, sizeof *loader);
 }
 
 bool fm_octree_loader_ask(fm_octree_loader *loader, uint64_t part, const fm_fmo_part *row, uint8_t *image) {

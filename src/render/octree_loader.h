@@ -23,7 +23,7 @@ typedef struct fm_octree_load {
 
 // The file and the name must outlive it. What it reads must be of the kind, code and attributes of `like`, and cover its cube
 // of `grid`. `most`: bytes of the largest part.
-fm_result fm_octree_loader_create(const fm_allocator *allocator, int file, const char *name, const fm_octree *like,
+fm_result fm_octree_loader_create(fm_context *context, int file, const char *name, const fm_octree *like,
                                   const fm_octree_grid *grid, uint64_t most, fm_octree_loader **loader);
 // Waits for the read that is under way. Images of loads that were not taken are the caller's still.
 void fm_octree_loader_destroy(fm_octree_loader *loader);

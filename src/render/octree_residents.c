@@ -13,43 +13,35 @@ static const float MORE = 1.25f;
 enum { MOST_DOUBLINGS = 6 };  // of the time until a part that failed is tried again
 
 fm_result fm_residents_create(fm_octree_residents *r) {
-    const fm_allocator *allocator = &r->context->allocator;
-    r->parts = fm_alloc_zero(allocator, r->count * sizeof *r->parts, "the parts of an octree");
-    r->table = fm_alloc_zero(allocator, r->count * sizeof *r->table, "the parts of an octree");
-    r->wishes = fm_alloc(allocator, r->count * sizeof *r->wishes, "the parts of an octree");
-    r->places = fm_alloc(allocator, r->count * sizeof *r->places, "the parts of an octree");
+    fm_context *context = r->context;
+    r->parts = fm_octree_alloc_zero(context, r->count * sizeof *r->parts, "the parts of an octree");
+    r->table = fm_octree_alloc_zero(context, r->count * sizeof *r->table, "the parts of an octree");
+    r->wishes = fm_octree_alloc(context, r->count * sizeof *r->wishes, "the parts of an octree");
+    r->places = fm_octree_alloc(context, r->count * sizeof *r->places, "the parts of an octree");
     return r->parts && r->table && r->wishes && r->places ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 static fm_result take_image(fm_octree_residents *r, uint64_t at) {
-    const uint64_t bytes = r->rows[at].bytes;
-    r->parts[at].image = fm_alloc(&r->context->allocator, bytes, "a part of an octree");
-    if (!r->parts[at].image) {
-        return FM_ERROR_OUT_OF_HOST_MEMORY;
-    }
-    fm_meter_add(&r->context->host[FM_PURPOSE_OCTREES], bytes);
-    return FM_OK;
+    r->parts[at].image = fm_octree_alloc(r->context, r->rows[at].bytes, "a part of an octree");
+    return r->parts[at].image ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 static void free_image(fm_octree_residents *r, uint64_t at) {
-    if (r->parts[at].image) {
-        fm_meter_remove(&r->context->host[FM_PURPOSE_OCTREES], r->rows[at].bytes);
-        fm_free(&r->context->allocator, r->parts[at].image, r->rows[at].bytes);
-        r->parts[at].image = NULL;
-    }
+    fm_octree_free(r->context, r->parts[at].image, r->rows[at].bytes);
+    r->parts[at].image = NULL;
 }
 
 void fm_residents_destroy(fm_octree_residents *r) {
-    const fm_allocator *allocator = &r->context->allocator;
+    fm_context *context = r->context;
     fm_octree_loader_destroy(r->loader);
     for (uint64_t at = 0; r->parts && at < r->count; at++) {
         free_image(r, at);
     }
     fm_octree_store_destroy(r->store);
-    fm_free(allocator, r->parts, r->count * sizeof *r->parts);
-    fm_free(allocator, r->table, r->count * sizeof *r->table);
-    fm_free(allocator, r->wishes, r->count * sizeof *r->wishes);
-    fm_free(allocator, r->places, r->count * sizeof *r->places);
+    fm_octree_free(context, r->parts, r->count * sizeof *r->parts);
+    fm_octree_free(context, r->table, r->count * sizeof *r->table);
+    fm_octree_free(context, r->wishes, r->count * sizeof *r->wishes);
+    fm_octree_free(context, r->places, r->count * sizeof *r->places);
 }
 
 static void leave(fm_octree_residents *r, uint64_t at, fm_part_state state) {

@@ -34,6 +34,7 @@ struct fm_octree_stream {
     uint64_t updates;
     fm_octree_residents residents;
     uint64_t budget;
+    uint64_t before;   // bytes of octrees that are not the stream's
     uint64_t fixed;    // bytes of all but parts
     uint64_t last_ns;  // when the newest update was; 0: there was none
 };
@@ -50,9 +51,8 @@ static fm_result check_desc(const fm_octree_stream_desc *desc) {
 
 static fm_result open_file(fm_octree_stream *stream, const char *path, uint64_t *bytes) {
     struct stat status;
-    const fm_allocator *allocator = &stream->context->allocator;
     stream->name_bytes = strlen(path) + 1;
-    stream->name = fm_alloc(allocator, stream->name_bytes, "a file's name");
+    stream->name = fm_octree_alloc(stream->context, stream->name_bytes, "a file's name");
     if (!stream->name) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -80,18 +80,9 @@ static void make_grid(fm_octree_stream *stream, const fm_fmo_header *header, flo
     stream->grid.distance = distance > 0 ? distance : (float)(0.25 * sqrt(diagonal2));
 }
 
-// The coarse octree where pictures read it; what it takes there counts.
-static fm_result place_coarse(fm_octree_stream *stream) {
-    fm_gpu *gpu = stream->context->gpu;
-    if (!gpu) {
-        stream->fixed += stream->coarse->mapped_bytes;
-        return FM_OK;
-    }
-    uint64_t head;
-    const uint64_t before = fm_gpu_meter(gpu, FM_PURPOSE_OCTREES).bytes;
-    FM_TRY(fm_gpu_octree_head(stream->coarse, &head));
-    stream->fixed += fm_gpu_meter(gpu, FM_PURPOSE_OCTREES).bytes - before;
-    return FM_OK;
+// What counts for the budget.
+static uint64_t bytes_held(const fm_context *context) {
+    return context->gpu ? fm_gpu_meter(context->gpu, FM_PURPOSE_OCTREES).bytes : context->host[FM_PURPOSE_OCTREES].bytes;
 }
 
 static fm_result too_small(const fm_octree_stream *stream, uint64_t needed) {
@@ -110,10 +101,13 @@ static fm_result open_parts(fm_octree_stream *stream, const fm_octree_stream_des
     r->fade_ms = desc->fade_ms == 0 ? FADE_MS : desc->fade_ms;
     r->retry_ms = desc->retry_ms == 0 ? RETRY_MS : desc->retry_ms;
     FM_TRY(fm_residents_create(r));
-    FM_TRY(fm_octree_loader_create(&stream->context->allocator, stream->file, stream->name, stream->coarse, &stream->grid, most,
-                                   &r->loader));
-    stream->fixed += stream->context->gpu ? fm_octree_store_tables(r->count) : r->count * sizeof *r->table;
-    FM_TRY(place_coarse(stream));
+    FM_TRY(fm_octree_loader_create(stream->context, stream->file, stream->name, stream->coarse, &stream->grid, most, &r->loader));
+    if (stream->context->gpu) {
+        uint64_t head;
+        stream->fixed = fm_octree_store_tables(r->count);
+        FM_TRY(fm_gpu_octree_head(stream->coarse, &head));
+    }
+    stream->fixed += bytes_held(stream->context) - stream->before;
     if (stream->fixed > stream->budget) {
         return too_small(stream, stream->fixed);
     }
@@ -142,12 +136,12 @@ static fm_result open_stream(fm_octree_stream *stream, const char *path, const f
     }
     FM_TRY(fm_fmo_read_coarse(stream->context, stream->file, &header, path, &stream->coarse));
     fm_octree_residents *r = &stream->residents;
-    const fm_allocator *allocator = &stream->context->allocator;
+    fm_context *context = stream->context;
     r->count = (uint64_t)header.parts[0] * header.parts[1] * header.parts[2];
-    stream->rows = fm_alloc(allocator, r->count * sizeof *stream->rows, "the directory of parts");
-    stream->scores = fm_alloc_zero(allocator, r->count * sizeof *stream->scores, "the directory of parts");
-    stream->fresh = fm_alloc(allocator, r->count * sizeof *stream->fresh, "the directory of parts");
-    stream->seen = fm_alloc_zero(allocator, r->count * sizeof *stream->seen, "the directory of parts");
+    stream->rows = fm_octree_alloc(context, r->count * sizeof *stream->rows, "the directory of parts");
+    stream->scores = fm_octree_alloc_zero(context, r->count * sizeof *stream->scores, "the directory of parts");
+    stream->fresh = fm_octree_alloc(context, r->count * sizeof *stream->fresh, "the directory of parts");
+    stream->seen = fm_octree_alloc_zero(context, r->count * sizeof *stream->seen, "the directory of parts");
     if (!stream->rows || !stream->scores || !stream->fresh || !stream->seen) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -162,11 +156,13 @@ fm_result fm_octree_stream_open(fm_context *context, const char *path, const fm_
     if (!context || !path || !result) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", !context ? "context" : !path ? "path" : "stream");
     }
-    fm_octree_stream *stream = fm_alloc_zero(&context->allocator, sizeof *stream, "a stream of an octree");
+    const uint64_t before = bytes_held(context);
+    fm_octree_stream *stream = fm_octree_alloc_zero(context, sizeof *stream, "a stream of an octree");
     if (!stream) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     stream->context = stream->residents.context = context;
+    stream->before = before;
     stream->file = -1;
     const fm_result status = open_stream(stream, path, desc ? desc : &defaults);
     if (status != FM_OK) {
@@ -181,18 +177,18 @@ void fm_octree_stream_close(fm_octree_stream *stream) {
     if (!stream) {
         return;
     }
-    const fm_allocator *allocator = &stream->context->allocator;
+    fm_context *context = stream->context;
     fm_residents_destroy(&stream->residents);
     fm_octree_destroy(stream->coarse);
-    fm_free(allocator, stream->rows, stream->residents.count * sizeof *stream->rows);
-    fm_free(allocator, stream->scores, stream->residents.count * sizeof *stream->scores);
-    fm_free(allocator, stream->fresh, stream->residents.count * sizeof *stream->fresh);
-    fm_free(allocator, stream->seen, stream->residents.count * sizeof *stream->seen);
+    fm_octree_free(context, stream->rows, stream->residents.count * sizeof *stream->rows);
+    fm_octree_free(context, stream->scores, stream->residents.count * sizeof *stream->scores);
+    fm_octree_free(context, stream->fresh, stream->residents.count * sizeof *stream->fresh);
+    fm_octree_free(context, stream->seen, stream->residents.count * sizeof *stream->seen);
     if (stream->file >= 0) {
         close(stream->file);
     }
-    fm_free(allocator, stream->name, stream->name_bytes);
-    fm_free(allocator, stream, sizeof *stream);
+    fm_octree_free(context, stream->name, stream->name_bytes);
+    fm_octree_free(context, stream, sizeof *stream);
 }
 
 // Each update looks with other rays than the one before: a part stays wanted until all of them have passed it by.
