@@ -112,12 +112,13 @@ static void check_failing(fm_octree_kind kind) {
     memcpy(before.voxels, g.voxels, grid_count(&g) * sizeof *g.voxels);
     fm_octree *octree = build(&g, kind);
     const fm_voxel_source source = grid_source(&g, false);
-    const fm_box all = {{-5, 0, 0}, {50, 60, 90}};
+    // Nowhere all of a cell of the top grid, which would be read at once.
+    const fm_box all = {{-5, 0, 0}, {50, 60, 90}}, most = {{-5, 1, 0}, {50, 60, 90}};
     uint64_t seed = 7;
     edit(&g, &seed);
     for (int reads = 0; reads < 8 && octree; reads++) {
         g.reads_left = reads;
-        CHECK_FAILS(fm_octree_update_voxels(octree, &source, &all, 1), FM_ERROR_IO);
+        CHECK_FAILS(fm_octree_update_voxels(octree, &source, &most, 1), FM_ERROR_IO);
         CHECK(grid_equal(&before, octree));
     }
     if (octree) {
@@ -135,6 +136,32 @@ static void check_failing(fm_octree_kind kind) {
     }
     fm_octree_destroy(octree);
     free(before.voxels);
+    free(g.voxels);
+}
+
+// Of cells that a box holds as a whole `air` is asked, and they are read as those of a build are.
+static void check_whole(fm_octree_kind kind) {
+    enum { EDGE = 128, TOPS = 64 };
+    grid g = grid_new(EDGE, EDGE, EDGE);
+    grid_random(&g, 0.01, 3, 3);
+    fm_octree *octree = build(&g, kind);
+    const fm_voxel_source asked = grid_source(&g, true), read = grid_source(&g, false);
+    const fm_box all = {{0, 0, 0}, {EDGE, EDGE, EDGE}};
+    memset(g.voxels, 0, grid_count(&g) * sizeof *g.voxels);
+    g.reads_left = 0;
+    if (octree && CHECK_OK(fm_octree_update_voxels(octree, &asked, &all, 1))) {
+        g.reads_left = -1;
+        check_same(&g, octree, 1);
+    }
+    for (uint64_t i = 0; i < grid_count(&g); i++) {
+        g.voxels[i] = 5;
+    }
+    g.reads_left = TOPS;
+    if (octree && CHECK_OK(fm_octree_update_voxels(octree, &read, &all, 1))) {
+        g.reads_left = -1;
+        check_same(&g, octree, 2);
+    }
+    fm_octree_destroy(octree);
     free(g.voxels);
 }
 
@@ -272,6 +299,7 @@ int main(int count, char **arguments) {
         check_edits(grid_kinds[k], 64, 48, 80, device ? 20 : 500);
         check_edits(grid_kinds[k], 5, 130, 9, device ? 4 : 20);
         check_failing(grid_kinds[k]);
+        check_whole(grid_kinds[k]);
         check_world(grid_kinds[k]);
         check_file(grid_kinds[k]);
     }

@@ -193,13 +193,28 @@ static bool touched(uint32_t level, const uint32_t corner[3], const fm_box *boxe
     return false;
 }
 
+// Whether one of the boxes holds all voxels of a cell.
+static bool covered(const fm_voxel_feed *feed, uint32_t level, const uint32_t corner[3], const fm_box *boxes, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+        bool all = true;
+        for (int axis = 0; axis < 3; axis++) {
+            const int64_t cell = (int64_t)corner[axis] + (1ll << level), shape = feed->source->shape[axis];
+            all = all && boxes[i].begin[axis] <= corner[axis] && boxes[i].end[axis] >= (cell < shape ? cell : shape);
+        }
+        if (all) {
+            return true;
+        }
+    }
+    return false;
+}
+
 fm_result fm_voxel_changed(fm_voxel_trees *trees, fm_voxel_feed *feed, uint32_t level, const uint32_t corner[3],
                            const fm_box *boxes, uint32_t count, const fm_voxel_ref *old, fm_voxel_ref *cell) {
     *cell = *old;
     if (!touched(level, corner, boxes, count)) {
         return FM_OK;
     }
-    if (level <= PATCH_LEVEL) {
+    if (level <= PATCH_LEVEL || covered(feed, level, corner, boxes, count)) {
         count_away(trees, level, old);
         return fm_voxel_cell(trees, feed, level, corner, cell);
     }
