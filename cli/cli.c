@@ -391,3 +391,24 @@ const char *cli_bytes(uint64_t bytes, char text[32]) {
     snprintf(text, 32, unit ? "%.1f %s" : "%.0f %s", value, units[unit]);
     return text;
 }
+
+void cli_device_add(cli_args *args, cli_device *o) {
+    o->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
+    o->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
+    o->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
+}
+
+bool cli_device_read(const cli_device *o, fm_context_desc *wanted) {
+    int backend = 0;
+    if (!cli_word("--backend", cli_given(o->backend, "auto"), fm_backend_words, &backend) ||
+        (o->threads->count && !cli_uint32("--threads", o->threads->sval[0], 1, &wanted->threads))) {
+        return false;
+    }
+    wanted->backend = (fm_backend)backend;
+    wanted->device = cli_given(o->device, NULL);
+    if (wanted->device && wanted->backend == FM_BACKEND_CPU) {
+        cli_usage("--device is given with --backend cpu: it names a Vulkan device");
+        return false;
+    }
+    return true;
+}

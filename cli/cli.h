@@ -77,6 +77,13 @@ const fm_scene *cli_scene(const char *option, const char *name);
 // "12.3 GiB".
 const char *cli_bytes(uint64_t bytes, char text[32]);
 
+// Where to compute: the options, and what they say.
+typedef struct cli_device {
+    struct arg_str *backend, *device, *threads;
+} cli_device;
+void cli_device_add(cli_args *args, cli_device *options);
+bool cli_device_read(const cli_device *options, fm_context_desc *wanted);
+
 // The words of a list that ends with NULL, with commas between them.
 const char *cli_list(const char *const *words, char text[256]);
 

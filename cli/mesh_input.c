@@ -14,6 +14,13 @@ const char *const mesh_sign_words[] = {"auto", "pseudonormal", "winding", "none"
 void mesh_input_add(cli_args *args, mesh_input_options *o) {
     o->format =
         cli_add(args, arg_str0(NULL, "input-format", "FORMAT", "read as ply, obj, stl, gltf or glb; default by what it holds"));
+    struct arg_str *const format = o->format;
+    mesh_input_add_turns(args, o);
+    o->format = format;
+}
+
+void mesh_input_add_turns(cli_args *args, mesh_input_options *o) {
+    o->format = NULL;
     o->up = cli_add(args,
                     arg_str0(NULL, "up", "y|z", "which axis of a mesh points up: y turns it, (x, y, z) to (x, -z, y); default z"));
     o->flip = cli_add(args, arg_lit0(NULL, "flip", "turn the faces over, of a mesh that looks inwards"));
@@ -40,7 +47,7 @@ bool mesh_input_format(const char *word, fm_mesh_format *format) {
 bool mesh_input_options_read(const mesh_input_options *o, mesh_input *input) {
     static const char *const up_words[] = {"z", "y", NULL};
     int up = 0;
-    if (o->format->count && !mesh_input_format(o->format->sval[0], &input->format)) {
+    if (o->format && o->format->count && !mesh_input_format(o->format->sval[0], &input->format)) {
         cli_usage("--input-format is \"%s\": one of ply, obj, stl, gltf, glb is wanted", o->format->sval[0]);
         return false;
     }

@@ -25,6 +25,8 @@ typedef struct mesh_input {
 } mesh_input;
 
 void mesh_input_add(cli_args *args, mesh_input_options *options);
+// Without the format, which the command asks for by itself, as it reads other files too.
+void mesh_input_add_turns(cli_args *args, mesh_input_options *options);
 // All but path, floor and quiet; false on bad usage.
 bool mesh_input_options_read(const mesh_input_options *options, mesh_input *input);
 

@@ -18,9 +18,7 @@ void mesh_options_add(cli_args *args, mesh_options *o, const char *out, const ch
     o->size = cli_add(args, arg_str0(NULL, "size", "N", "voxels along the longest edge; default 256"));
     o->margin = cli_add(args, arg_str0(NULL, "margin", "N", margin));
     o->box = cli_add(args, arg_str0(NULL, "box", "X0,Y0,Z0,X1,Y1,Z1", "what the grid covers; default: the mesh and the margin"));
-    o->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
-    o->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
-    o->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
+    cli_device_add(args, &o->device);
     o->slice = cli_add(args, arg_str0(NULL, "slice", "FILE.png", "write a picture of the middle slice too"));
     o->format = cli_add(args, arg_str0(NULL, "format", "FORMAT", "format to write; default by name"));
     o->compress = cli_add(args, arg_lit0(NULL, "compress", "gzip; a name that ends in .gz asks for it too"));
@@ -30,9 +28,7 @@ void mesh_options_add(cli_args *args, mesh_options *o, const char *out, const ch
 
 static bool check_combinations(const mesh_options *o, const mesh_job *job) {
     const char *wrong = NULL;
-    if (o->device->count && job->wanted.backend == FM_BACKEND_CPU) {
-        wrong = "--device is given with --backend cpu: it names a Vulkan device";
-    } else if (o->box->count && o->margin->count) {
+    if (o->box->count && o->margin->count) {
         wrong = "--box and --margin are both given: the margin lies around the mesh, a box is taken as it is";
     } else if (!job->boxed && job->margin > (job->size - 1) / 2) {
         cli_usage("--margin is %u: at most %u of %u voxels, so that one is left for the mesh", job->margin, (job->size - 1) / 2,
@@ -52,9 +48,7 @@ static bool check_combinations(const mesh_options *o, const mesh_job *job) {
 bool mesh_options_read(const mesh_options *o, uint32_t margin, mesh_job *job) {
     *job = (mesh_job){
         .in = {.path = o->in->sval[0], .quiet = o->quiet->count > 0}, .out = o->out->sval[0], .size = 256, .margin = margin};
-    int backend = 0;
     job->slice = o->slice->count ? o->slice->sval[0] : NULL;
-    job->wanted.device = o->device->count ? o->device->sval[0] : NULL;
     job->write.compress = o->compress->count > 0;
     job->quiet = o->quiet->count > 0;
     job->json = o->json->count > 0;
@@ -62,8 +56,7 @@ bool mesh_options_read(const mesh_options *o, uint32_t margin, mesh_job *job) {
     if (!mesh_input_options_read(&o->mesh, &job->in) ||
         (o->size->count && !cli_uint32("--size", o->size->sval[0], 1, &job->size)) ||
         (o->margin->count && !cli_uint32("--margin", o->margin->sval[0], 0, &job->margin)) ||
-        (o->threads->count && !cli_uint32("--threads", o->threads->sval[0], 1, &job->wanted.threads)) ||
-        (o->backend->count && !cli_word("--backend", o->backend->sval[0], fm_backend_words, &backend)) ||
+        !cli_device_read(&o->device, &job->wanted) ||
         (o->format->count && !cli_format("--format", o->format->sval[0], &job->write.format)) ||
         (job->boxed && !cli_box("--box", o->box->sval[0], job->box))) {
         return false;
@@ -76,7 +69,6 @@ bool mesh_options_read(const mesh_options *o, uint32_t margin, mesh_job *job) {
     if (!o->margin->count && job->margin > (job->size - 1) / 2) {
         job->margin = (job->size - 1) / 2;
     }
-    job->wanted.backend = (fm_backend)backend;
     return check_combinations(o, job);
 }
 

@@ -9,7 +9,8 @@
 #include "report.h"
 
 typedef struct mesh_options {
-    struct arg_str *in, *out, *size, *margin, *box, *backend, *device, *threads, *slice, *format;
+    struct arg_str *in, *out, *size, *margin, *box, *slice, *format;
+    cli_device device;
     struct arg_lit *compress, *quiet, *json;
     mesh_input_options mesh;
 } mesh_options;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
 #include "octree_job.h"
-#include "progress.h"
 #include "words.h"
 
 #include <inttypes.h>
@@ -38,21 +37,20 @@ void octree_options_add(cli_args *args, octree_options *o, const char *cells) {
     o->sign = cli_add(args, arg_str0(NULL, "sign", "SIGN", "of distances: auto (default), pseudonormal, winding or none"));
     o->attribute = cli_add(args, arg_str0(NULL, "attribute", "none|triangle", "kept with each vector; default none"));
     o->solid = cli_add(args, arg_str0(NULL, "solid", "T", "of voxels: solid at this value or above; default: if not 0"));
-    o->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
-    o->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
-    o->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
+    mesh_input_add_turns(args, &o->mesh);
+    cli_device_add(args, &o->device);
     files_input_add(args, &o->input);
     o->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors and what is asked for"));
 }
 
 static bool read_words(const octree_options *o, octree_job *job) {
-    int kind = 0, method = 0, code = 0, sign = 0, attribute = 0, backend = 0;
+    int kind = 0, method = 0, code = 0, sign = 0, attribute = 0;
     if (!cli_word("--kind", cli_given(o->kind, "closest"), octree_kind_words, &kind) ||
         !cli_word("--method", cli_given(o->method, "exact"), method_words, &method) ||
         !cli_word("--code", cli_given(o->code, "spherical"), code_words, &code) ||
         !cli_word("--sign", cli_given(o->sign, "auto"), sign_words, &sign) ||
         !cli_word("--attribute", cli_given(o->attribute, "none"), offered_attributes, &attribute) ||
-        !cli_word("--backend", cli_given(o->backend, "auto"), fm_backend_words, &backend)) {
+        !cli_device_read(&o->device, &job->wanted) || !mesh_input_options_read(&o->mesh, &job->mesh_in)) {
         return false;
     }
     job->desc.kind = (fm_octree_kind)kind;
@@ -60,10 +58,8 @@ static bool read_words(const octree_options *o, octree_job *job) {
     job->desc.code = (fm_octree_code)code;
     job->desc.sign = (fm_sign)sign;
     job->desc.attribute = (fm_octree_attribute)attribute;
-    job->wanted.backend = (fm_backend)backend;
-    job->wanted.device = cli_given(o->device, NULL);
     job->desc.share = o->share->count > 0;
-    job->quiet = o->quiet->count > 0;
+    job->quiet = job->mesh_in.quiet = o->quiet->count > 0;
     return true;
 }
 
@@ -91,7 +87,6 @@ static bool read_numbers(const octree_options *o, const char *cells, octree_job 
     if ((o->cells->count && !cli_uint32(name, o->cells->sval[0], 1, &job->desc.size)) ||
         (o->rounds->count && !cli_uint32("--rounds", o->rounds->sval[0], 1, &job->desc.rounds)) ||
         (o->top->count && !cli_uint32("--top", o->top->sval[0], 1, &top)) ||
-        (o->threads->count && !cli_uint32("--threads", o->threads->sval[0], 1, &job->wanted.threads)) ||
         (o->threshold->count && !cli_double("--threshold", o->threshold->sval[0], &threshold)) ||
         (o->solid->count && !cli_double("--solid", o->solid->sval[0], &job->solid)) || !read_box(o, job)) {
         return false;
@@ -113,15 +108,15 @@ static bool read_numbers(const octree_options *o, const char *cells, octree_job 
 static bool check_combinations(const octree_options *o, const octree_job *job) {
     const fm_octree_kind kind = job->desc.kind;
     const char *wrong = NULL;
-    if (o->device->count && job->wanted.backend == FM_BACKEND_CPU) {
-        wrong = "--device is given with --backend cpu: it names a Vulkan device";
-    } else if ((o->code->count || o->attribute->count) && kind != FM_OCTREE_CLOSEST) {
+    if ((o->code->count || o->attribute->count) && kind != FM_OCTREE_CLOSEST) {
         wrong = "--code and --attribute are of vectors: --kind closest has them";
     } else if ((o->method->count || o->share->count || o->threshold->count) && kind != FM_OCTREE_CLOSEST &&
                kind != FM_OCTREE_DISTANCE) {
         wrong = "--method, --threshold and --share are of --kind closest and distance";
     } else if (o->rounds->count && job->desc.method != FM_OCTREE_GROWN) {
         wrong = "--rounds is of --method grown";
+    } else if ((o->mesh.up->count || o->mesh.flip->count) && fm_mesh_format_of(job->in) == FM_MESH_FORMAT_AUTO) {
+        wrong = "--up and --flip are of meshes: voxels, and octrees in files, lie as they lie";
     } else if (o->sign->count && kind != FM_OCTREE_DISTANCE && kind != FM_OCTREE_BRICKS) {
         wrong = "--sign is of --kind distance and bricks";
     }
@@ -132,7 +127,7 @@ static bool check_combinations(const octree_options *o, const octree_job *job) {
 }
 
 bool octree_options_read(const octree_options *o, const char *cells, const char *in, octree_job *job) {
-    *job = (octree_job){.in = in};
+    *job = (octree_job){.in = in, .mesh_in = {.path = in}};
     return read_words(o, job) && read_numbers(o, cells, job) && files_input_desc(&o->input, &job->read) &&
            check_combinations(o, job);
 }
@@ -194,11 +189,7 @@ int octree_job_source(octree_job *job) {
     if (fm_mesh_format_of(job->in) == FM_MESH_FORMAT_AUTO) {
         return read_voxels(job);
     }
-    progress bar = progress_begin("reading", !job->quiet);
-    const fm_mesh_read_desc desc = {.progress = progress_step, .progress_user = &bar};
-    const fm_result result = fm_mesh_read(job->context, job->in, &desc, &job->mesh, NULL);
-    progress_end(&bar);
-    return result == FM_OK ? CLI_DONE : cli_library_failed();
+    return mesh_input_load(&job->mesh_in, job->context, &job->mesh, NULL);
 }
 
 int octree_job_build(octree_job *job) {

@@ -6,20 +6,23 @@
 
 #include "cli.h"
 #include "files.h"
+#include "mesh_input.h"
 #include "report.h"
 
 #include "fathom/mesh_io.h"
 #include "fathom/octree.h"
 
 typedef struct octree_options {
-    struct arg_str *kind, *cells, *box, *method, *rounds, *code, *threshold, *top, *sign, *attribute, *solid, *backend, *device,
-        *threads;
+    struct arg_str *kind, *cells, *box, *method, *rounds, *code, *threshold, *top, *sign, *attribute, *solid;
     struct arg_lit *share, *quiet;
+    cli_device device;
+    mesh_input_options mesh;
     files_input input;
 } octree_options;
 
 typedef struct octree_job {
     const char *in;
+    mesh_input mesh_in;  // how `in` is read where it is a mesh
     fm_context_desc wanted;
     fm_octree_desc desc;
     fm_read_desc read;  // of voxels

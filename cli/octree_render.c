@@ -14,15 +14,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_PASSES = 128 };
-
 static const char *const view_words[] = {"shaded", "normals", "reads", "levels", NULL};
 
 typedef struct shot {
     octree_job job;
     fm_octree_render_desc desc;  // camera and octree aside
     fm_octree_stream_desc streaming;
-    bool stats, streamed;
+    bool streamed;
     camera_path path;
     pictures pictures;
     // Filled as the work goes on.
@@ -77,15 +75,10 @@ static double part_of(uint64_t a, uint64_t b) {
 }
 
 static int print_stats(shot *s) {
-    fm_pass passes[MAX_PASSES];
-    uint32_t count = MAX_PASSES;
     fm_octree_render_stats stats;
-    if (fm_context_passes(s->job.context, &count, passes) != FM_OK || fm_octree_renderer_stats(s->renderer, &stats) != FM_OK) {
-        return cli_library_failed();
-    }
-    printf("%s (%s): the last picture\n", s->job.device.name, s->job.device.driver);
-    for (uint32_t i = 0; i < count; i++) {
-        printf("  %-10s %9.3f ms\n", passes[i].name, passes[i].milliseconds);
+    const int status = pictures_print_passes(s->job.context, "the last picture");
+    if (status != CLI_DONE || fm_octree_renderer_stats(s->renderer, &stats) != FM_OK) {
+        return status != CLI_DONE ? status : cli_library_failed();
     }
     printf("rays %" PRIu64 ", of which %.1f %% hit; reads %.2f a ray, at most %" PRIu64 "; %.2f for beams\n", stats.rays,
            100 * part_of(stats.hits, stats.rays), part_of(stats.reads, stats.rays), stats.most_reads,
@@ -101,7 +94,7 @@ static void print_stream(const shot *s) {
     fm_octree_stream_info info;
     char bytes[32], budget[32];
     fm_octree_stream_describe(s->stream, &info);
-    if (s->stats) {
+    if (s->pictures.stats) {
         printf("parts %u, of which %u are seen near by and %u are loaded; %s of %s\n", info.parts, info.wanted, info.resident,
                cli_bytes(info.bytes, bytes), cli_bytes(info.budget, budget));
     }
@@ -137,7 +130,7 @@ static int work(shot *s) {
         printf("%s: %u x %u pixels%s of %s\n", s->pictures.out, s->desc.width, s->desc.height,
                s->pictures.frames > 1 ? ", a path," : "", job->in);
     }
-    status = status == CLI_DONE && s->stats ? print_stats(s) : status;
+    status = status == CLI_DONE && s->pictures.stats ? print_stats(s) : status;
     if (status == CLI_DONE && s->stream) {
         print_stream(s);
     }
@@ -145,7 +138,7 @@ static int work(shot *s) {
 }
 
 static int run(shot *s) {
-    int status = s->pictures.out ? pictures_check(&s->pictures) : CLI_DONE;
+    int status = pictures_check(&s->pictures);
     if (status == CLI_DONE) {
         status = work(s);
         fm_octree_renderer_destroy(s->renderer);
@@ -158,17 +151,14 @@ static int run(shot *s) {
 
 typedef struct shot_args {
     octree_options octree;
-    struct arg_str *in, *out, *size, *fps, *view, *epsilon, *sun, *reflection, *refraction, *budget, *distance;
-    struct arg_lit *shadow, *stats;
-    path_options path;
+    struct arg_str *in, *view, *epsilon, *sun, *reflection, *refraction, *budget, *distance;
+    struct arg_lit *shadow;
+    picture_options pictures;
 } shot_args;
 
 static void add_options(cli_args *args, shot_args *a) {
     a->in = cli_add(args, arg_str1(NULL, NULL, "FILE.fmo|MESH", "an octree, or what one is to be made of"));
-    a->out = cli_add(args, arg_str0("o", "out", "FILE", "the picture, .png; a film, .mp4 or .webm, by ffmpeg"));
-    a->size = cli_add(args, arg_str0(NULL, "size", "WxH", "default 1280x720"));
-    path_options_add(args, &a->path);
-    a->fps = cli_add(args, arg_str0(NULL, "fps", "F", "of a film; default 30"));
+    picture_options_add(args, &a->pictures, false, "print the times of the passes, and what rays read");
     a->view = cli_add(args, arg_str0(NULL, "view", "VIEW", "shaded (default), normals, reads (of memory by each ray) or levels"));
     a->epsilon = cli_add(
         args, arg_str0(NULL, "epsilon", "E", "the surface's thickness in finest cells; default 0.1; below 0: rays as published"));
@@ -180,7 +170,6 @@ static void add_options(cli_args *args, shot_args *a) {
     a->distance = cli_add(args, arg_str0(NULL, "distance", "D",
                                          "of files with parts: what is farther away is coarse; default a "
                                          "quarter of the box's diagonal"));
-    a->stats = cli_add(args, arg_lit0(NULL, "stats", "print the times of the passes, and what rays read"));
     octree_options_add(args, &a->octree, "cells");
 }
 
@@ -237,17 +226,11 @@ static bool read_stream(const shot_args *a, shot *s) {
 
 static bool check_combinations(const shot_args *a, const shot *s) {
     const octree_options *o = &a->octree;
-    const char *wrong = pictures_wrong(&s->pictures);
+    const char *wrong = NULL;
     const bool made = o->kind->count || o->cells->count || o->box->count || o->method->count || o->code->count ||
                       o->threshold->count || o->share->count || o->top->count || o->sign->count || o->attribute->count ||
                       o->solid->count || o->rounds->count;
-    if (wrong) {
-        // said below
-    } else if (!s->pictures.out && !s->stats) {
-        wrong = "nothing to do: give --out FILE, --stats or both";
-    } else if (s->pictures.frames > 1 && !s->pictures.out) {
-        wrong = "--path is given without --out";
-    } else if (is_octree(s->job.in) && made) {
+    if (is_octree(s->job.in) && made) {
         wrong = "the octree in the file is as it was built: --kind, --cells and the like are for meshes and voxels";
     } else if (!is_octree(s->job.in) && s->streamed) {
         wrong = "--budget and --distance are of .fmo files with parts: fathom octree build --parts writes them";
@@ -260,19 +243,16 @@ static bool check_combinations(const shot_args *a, const shot *s) {
 
 static bool read_shot(const shot_args *a, shot *s) {
     int view = 0;
-    fm_shape size;
-    *s = (shot){.stats = a->stats->count > 0, .pictures = {.out = cli_given(a->out, NULL), .fps = 30}};
+    *s = (shot){0};
     if (!octree_options_read(&a->octree, "cells", a->in->sval[0], &s->job) ||
-        !cli_picture("--size", cli_given(a->size, "1280x720"), &size) || !path_options_read(&a->path, &s->path) ||
-        (a->fps->count && !cli_double("--fps", a->fps->sval[0], &s->pictures.fps)) ||
+        !picture_options_read(&a->pictures, &s->pictures, &s->path) ||
         !cli_word("--view", cli_given(a->view, "shaded"), view_words, &view) || !read_light(a, s) || !read_stream(a, s)) {
         return false;
     }
     s->desc.view = (fm_octree_picture_view)view;
-    s->desc.width = s->pictures.width = size.x;
-    s->desc.height = s->pictures.height = size.y;
-    s->desc.count = s->stats;
-    s->pictures.frames = s->path.frames;
+    s->desc.width = s->pictures.width;
+    s->desc.height = s->pictures.height;
+    s->desc.count = s->pictures.stats;
     return check_combinations(a, s);
 }
 

@@ -1,16 +1,36 @@
 // SPDX-License-Identifier: MIT
 #include "pictures.h"
-#include "cli.h"
 #include "files.h"
 #include "video.h"
 
 #include <stdio.h>
 #include <string.h>
 
-const char *pictures_wrong(const pictures *p) {
+enum { MAX_PASSES = 128 };
+
+void picture_options_add(cli_args *args, picture_options *o, bool mesh, const char *stats) {
+    o->out = cli_add(args, arg_str0("o", "out", "FILE", "the picture, .png; a film, .mp4 or .webm, by ffmpeg"));
+    o->size = cli_add(args, arg_str0(NULL, "size", "WxH", "default 1280x720"));
+    if (mesh) {
+        path_options_add_mesh(args, &o->path);
+    } else {
+        path_options_add(args, &o->path);
+    }
+    o->fps = cli_add(args, arg_str0(NULL, "fps", "F", "of a film; default 30"));
+    o->stats = cli_add(args, arg_lit0(NULL, "stats", stats));
+}
+
+// NULL, or what is wrong, as a message of bad usage.
+static const char *wrong_with(const pictures *p) {
     const size_t length = p->out ? strlen(p->out) : 0;
     if (!(p->fps > 0 && p->fps <= 1000)) {
         return "--fps is above 0 and at most 1000";
+    }
+    if (!p->out && !p->stats) {
+        return "nothing to do: give --out FILE, --stats or both";
+    }
+    if (!p->out && p->frames > 1) {
+        return "--path is given without --out";
     }
     if (p->out && !video_name(p->out) && p->frames > 1 &&
         (length < 5 || length > 4000 || strcmp(p->out + length - 4, ".png") != 0)) {
@@ -19,7 +39,27 @@ const char *pictures_wrong(const pictures *p) {
     return NULL;
 }
 
+bool picture_options_read(const picture_options *o, pictures *p, camera_path *path) {
+    fm_shape size;
+    *p = (pictures){.out = cli_given(o->out, NULL), .stats = o->stats->count > 0};
+    if (!cli_picture("--size", cli_given(o->size, "1280x720"), &size) || !cli_double("--fps", cli_given(o->fps, "30"), &p->fps) ||
+        !path_options_read(&o->path, path)) {
+        return false;
+    }
+    p->width = size.x;
+    p->height = size.y;
+    p->frames = path->frames;
+    const char *wrong = wrong_with(p);
+    if (wrong) {
+        cli_usage("%s", wrong);
+    }
+    return !wrong;
+}
+
 int pictures_check(const pictures *p) {
+    if (!p->out) {
+        return CLI_DONE;
+    }
     return video_name(p->out) || p->frames > 1 ? files_output_check(p->out) : files_picture_check(p->out);
 }
 
@@ -55,4 +95,19 @@ int pictures_write(const pictures *p, const uint8_t *pixels, int (*draw)(void *u
         }
     }
     return status;
+}
+
+int pictures_print_passes(fm_context *context, const char *what) {
+    fm_pass passes[MAX_PASSES];
+    uint32_t count = MAX_PASSES;
+    fm_device_info device;
+    if (fm_context_passes(context, &count, passes) != FM_OK) {
+        return cli_library_failed();
+    }
+    fm_context_device(context, &device);
+    printf("%s (%s): %s\n", device.name, device.driver, what);
+    for (uint32_t i = 0; i < count; i++) {
+        printf("  %-10s %9.3f ms\n", passes[i].name, passes[i].milliseconds);
+    }
+    return CLI_DONE;
 }

@@ -27,10 +27,9 @@ typedef struct render_request {
     fm_world_desc world;
     const method_options *method;
     fm_render_desc desc;  // camera aside
-    bool slice_middle, stats, quiet;
+    bool slice_middle, quiet;
     camera_path path;
-    double fps;
-    const char *out;
+    pictures pictures;
 } render_request;
 
 typedef struct stage {
@@ -44,14 +43,6 @@ typedef struct stage {
 static fm_camera camera_of(const render_request *request, uint32_t frame) {
     const double aspect = (double)request->desc.width / request->desc.height;
     return camera_path_at(&request->path, request->world.shape, aspect, frame);
-}
-
-static pictures pictures_of(const render_request *request) {
-    return (pictures){.out = request->out,
-                      .width = request->desc.width,
-                      .height = request->desc.height,
-                      .frames = request->path.frames,
-                      .fps = request->fps};
 }
 
 static int draw(void *user, uint32_t frame) {
@@ -145,18 +136,17 @@ static int work(render_request *request, stage *s, const fm_volume *start) {
         fm_renderer_create(s->context, &s->renderer) != FM_OK) {
         return cli_library_failed();
     }
-    const pictures where = pictures_of(request);
-    int status = request->out ? pictures_write(&where, s->pixels, draw, s) : CLI_DONE;
-    if (status == CLI_DONE && request->out && !request->quiet) {
-        printf("%s: %u x %u pixels%s\n", request->out, request->desc.width, request->desc.height,
+    const char *out = request->pictures.out;
+    const int status = out ? pictures_write(&request->pictures, s->pixels, draw, s) : CLI_DONE;
+    if (status == CLI_DONE && out && !request->quiet) {
+        printf("%s: %u x %u pixels%s\n", out, request->desc.width, request->desc.height,
                request->path.frames > 1 ? ", a path" : "");
     }
-    return status == CLI_DONE && request->stats ? print_stats(s) : status;
+    return status == CLI_DONE && request->pictures.stats ? print_stats(s) : status;
 }
 
 static int run(render_request *request) {
-    const pictures where = pictures_of(request);
-    int status = request->out ? pictures_check(&where) : CLI_DONE;
+    int status = pictures_check(&request->pictures);
     if (status != CLI_DONE) {
         return status;
     }
@@ -176,19 +166,17 @@ static int run(render_request *request) {
 }
 
 typedef struct render_args {
-    struct arg_str *in, *out, *size, *fps, *march, *view, *shadow, *sun, *slice, *occlusion, *backend, *device, *threads;
-    struct arg_lit *crosshair, *stats, *quiet;
-    path_options path;
+    struct arg_str *in, *march, *view, *shadow, *sun, *slice, *occlusion;
+    struct arg_lit *crosshair, *quiet;
+    picture_options pictures;
+    cli_device device;
     files_input input;
     method_options method;
 } render_args;
 
 static void add_options(cli_args *args, render_args *a) {
     a->in = cli_add(args, arg_str1(NULL, NULL, "WORLD", "a volume file, or scene:NAME:SIZE"));
-    a->out = cli_add(args, arg_str0("o", "out", "FILE", "the picture, .png; a film, .mp4 or .webm, by ffmpeg"));
-    a->size = cli_add(args, arg_str0(NULL, "size", "WxH", "default 1280x720"));
-    path_options_add(args, &a->path);
-    a->fps = cli_add(args, arg_str0(NULL, "fps", "F", "of a film; default 30"));
+    picture_options_add(args, &a->pictures, false, "print time, steps a ray and wrong pixels of the first picture");
     a->march = cli_add(args, arg_str0(NULL, "march", "skip|box|plain", "how rays use the field; default skip"));
     a->view = cli_add(args, arg_str0(NULL, "view", "color|steps|normal|distance|slice|difference", "default color"));
     a->shadow = cli_add(args, arg_str0(NULL, "shadow", "none|hard|soft", "default soft"));
@@ -196,11 +184,8 @@ static void add_options(cli_args *args, render_args *a) {
     a->sun = cli_add(args, arg_str0(NULL, "sun", "X,Y,Z", "the way to the sun"));
     a->slice = cli_add(args, arg_str0(NULL, "slice", "x|y|z[,INDEX]", "with --view slice; default z, the middle"));
     a->crosshair = cli_add(args, arg_lit0(NULL, "crosshair", "mark the middle"));
-    a->stats = cli_add(args, arg_lit0(NULL, "stats", "print time, steps a ray and wrong pixels of the first picture"));
     method_options_add(args, &a->method);
-    a->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
-    a->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
-    a->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
+    cli_device_add(args, &a->device);
     files_input_add(args, &a->input);
     a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors and what --stats asks for"));
 }
@@ -223,18 +208,16 @@ static bool read_slice(const render_args *a, render_request *r) {
 static bool read_look(const render_args *a, render_request *r) {
     static const char *const switches[] = {"on", "off", NULL};
     int march = 0, view = 0, shadow = 0, occlusion = 0;
-    fm_shape size;
     double sun[3] = {0};
     if (!cli_word("--march", cli_given(a->march, "skip"), fm_march_words, &march) ||
         !cli_word("--view", cli_given(a->view, "color"), fm_view_words, &view) ||
         !cli_word("--shadow", cli_given(a->shadow, "soft"), fm_shadow_words, &shadow) ||
-        !cli_word("--ao", cli_given(a->occlusion, "on"), switches, &occlusion) ||
-        !cli_picture("--size", cli_given(a->size, "1280x720"), &size) || !read_slice(a, r) ||
+        !cli_word("--ao", cli_given(a->occlusion, "on"), switches, &occlusion) || !read_slice(a, r) ||
         (a->sun->count && !cli_triple("--sun", a->sun->sval[0], sun))) {
         return false;
     }
-    r->desc.width = size.x;
-    r->desc.height = size.y;
+    r->desc.width = r->pictures.width;
+    r->desc.height = r->pictures.height;
     r->desc.march = (fm_march)march;
     r->desc.view = (fm_view)view;
     r->desc.shadow = (fm_shadow)shadow;
@@ -266,27 +249,16 @@ static bool read_world(const render_args *a, render_request *r) {
     return r->scene && cli_shape_word("WORLD", colon + 1, &r->world.shape);
 }
 
-static bool read_rest(const render_args *a, render_request *r) {
-    int backend = 0;
-    r->out = cli_given(a->out, NULL);
-    r->stats = a->stats->count > 0;
-    r->quiet = a->quiet->count > 0;
-    if (!cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend) ||
-        !cli_double("--fps", cli_given(a->fps, "30"), &r->fps) ||
-        (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &r->session.threads))) {
+static bool read_device(const render_args *a, render_request *r) {
+    fm_context_desc wanted = {0};
+    if (!cli_device_read(&a->device, &wanted)) {
         return false;
     }
-    r->session.backend = (fm_backend)backend;
-    r->session.device = cli_given(a->device, NULL);
-    const pictures where = pictures_of(r);
-    const char *wrong = pictures_wrong(&where);
-    if (!r->out && !r->stats) {
-        wrong = "render: --out or --stats is needed: see fathom render --help";
-    }
-    if (wrong) {
-        cli_usage("%s", wrong);
-    }
-    return !wrong;
+    r->session.backend = wanted.backend;
+    r->session.device = wanted.device;
+    r->session.threads = wanted.threads;
+    r->quiet = a->quiet->count > 0;
+    return true;
 }
 
 int command_render(int argc, char **argv) {
@@ -307,8 +279,9 @@ int command_render(int argc, char **argv) {
     if (cli_parse(&args, &help, argc, argv, &status)) {
         static render_request request;
         request = (render_request){.method = &options.method};
-        const bool good = read_world(&options, &request) && read_look(&options, &request) &&
-                          path_options_read(&options.path, &request.path) && read_rest(&options, &request);
+        const bool good = read_world(&options, &request) &&
+                          picture_options_read(&options.pictures, &request.pictures, &request.path) &&
+                          read_look(&options, &request) && read_device(&options, &request);
         status = good ? run(&request) : CLI_USAGE;
     }
     cli_free(&args);

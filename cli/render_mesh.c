@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MARGIN = 3, MAX_PASSES = 128 };
+enum { MARGIN = 3 };
 
 static const char *const surface_words[] = {"mesh", "field", NULL};
 static const char *const shadow_words[] = {"none", "ray", "rtsdf", "cone", "rays", "map", NULL};
@@ -24,7 +24,7 @@ static const char *const view_words[] = {"color", "normal", "steps", "share", NU
 
 typedef struct shot {
     mesh_input in;
-    bool is_mesh, stats, quiet;
+    bool is_mesh, quiet;
     fm_read_desc read;  // of a field
     double spacing[3];  // of a field, instead of its own; 0: not given
     fm_sign sign;       // of a mesh's field
@@ -194,18 +194,9 @@ static int draw(void *user, uint32_t frame) {
 }
 
 static int print_stats(shot *s) {
-    fm_pass passes[MAX_PASSES];
-    uint32_t count = MAX_PASSES;
-    fm_device_info device;
-    if (fm_context_passes(s->context, &count, passes) != FM_OK) {
-        return cli_library_failed();
-    }
-    fm_context_device(s->context, &device);
-    printf("%s (%s): the last of %u frames that are blended\n", device.name, device.driver, s->blend);
-    for (uint32_t i = 0; i < count; i++) {
-        printf("  %-10s %9.3f ms\n", passes[i].name, passes[i].milliseconds);
-    }
-    return CLI_DONE;
+    char what[64];
+    snprintf(what, sizeof what, "the last of %u frames that are blended", s->blend);
+    return pictures_print_passes(s->context, what);
 }
 
 static int work(shot *s) {
@@ -234,11 +225,11 @@ static int work(shot *s) {
                s->pictures.frames > 1 ? ", a path" : "", grid.shape.x, grid.shape.y, grid.shape.z, s->is_mesh ? ", sign: " : "",
                s->is_mesh ? s->info.sign_why : "");
     }
-    return status == CLI_DONE && s->stats ? print_stats(s) : status;
+    return status == CLI_DONE && s->pictures.stats ? print_stats(s) : status;
 }
 
 static int run(shot *s) {
-    int status = s->pictures.out ? pictures_check(&s->pictures) : CLI_DONE;
+    int status = pictures_check(&s->pictures);
     if (status == CLI_DONE) {
         status = work(s);
         fm_deferred_destroy(s->deferred);
@@ -251,21 +242,19 @@ static int run(shot *s) {
 }
 
 typedef struct shot_args {
-    struct arg_str *in, *out, *size, *fps, *edge, *sign, *spacing, *surface, *shadow, *samples, *light, *light_size, *light_at,
-        *light_radius, *view, *level, *blend, *backend, *device, *threads;
-    struct arg_lit *field, *floor, *stats, *quiet;
+    struct arg_str *in, *edge, *sign, *spacing, *surface, *shadow, *samples, *light, *light_size, *light_at, *light_radius, *view,
+        *level, *blend;
+    struct arg_lit *field, *floor, *quiet;
+    cli_device device;
     mesh_input_options mesh;
-    path_options path;
+    picture_options pictures;
 } shot_args;
 
 static void add_options(cli_args *args, shot_args *a) {
     a->in = cli_add(
         args, arg_str1(NULL, NULL, "MESH|FIELD", "a mesh file; with --field a volume of signed distances, float32; - is a pipe"));
     a->field = cli_add(args, arg_lit0(NULL, "field", "the file is a field"));
-    a->out = cli_add(args, arg_str0("o", "out", "FILE", "the picture, .png; a film, .mp4 or .webm, by ffmpeg"));
-    a->size = cli_add(args, arg_str0(NULL, "size", "WxH", "default 1280x720"));
-    path_options_add_mesh(args, &a->path);
-    a->fps = cli_add(args, arg_str0(NULL, "fps", "F", "of a film; default 30"));
+    picture_options_add(args, &a->pictures, true, "print the times of the passes");
     mesh_input_add(args, &a->mesh);
     a->edge = cli_add(args, arg_str0(NULL, "edge", "N", "voxels along the longest edge of a mesh's field; default 256"));
     a->sign = cli_add(args, arg_str0(NULL, "sign", "SIGN", "of a mesh's field: auto (default), pseudonormal, winding or none"));
@@ -285,10 +274,7 @@ static void add_options(cli_args *args, shot_args *a) {
         cli_add(args, arg_str0(NULL, "view", "color|normal|steps|share", "default color; share: how much of the sun is seen"));
     a->level = cli_add(args, arg_str0(NULL, "level", "L", "draw the surface at this distance, in voxels; default 0"));
     a->blend = cli_add(args, arg_str0(NULL, "blend", "N", "frames that are blended, to smooth edges; default 16"));
-    a->stats = cli_add(args, arg_lit0(NULL, "stats", "print the times of the passes"));
-    a->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
-    a->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
-    a->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
+    cli_device_add(args, &a->device);
     a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors and what --stats asks for"));
 }
 
@@ -353,16 +339,8 @@ static bool read_input(const shot_args *a, shot *s) {
 }
 
 static bool check_combinations(const shot *s) {
-    const char *wrong = pictures_wrong(&s->pictures);
-    if (wrong) {
-        cli_usage("%s", wrong);
-        return false;
-    }
-    if (!s->pictures.out && !s->stats) {
-        wrong = "nothing to do: give --out FILE, --stats or both";
-    } else if (s->pictures.frames > 1 && !s->pictures.out) {
-        wrong = "--path is given without --out";
-    } else if (s->desc.shadows == FM_SHADOWS_MAP && s->desc.lights[0].kind == FM_LIGHT_AREA) {
+    const char *wrong = NULL;
+    if (s->desc.shadows == FM_SHADOWS_MAP && s->desc.lights[0].kind == FM_LIGHT_AREA) {
         wrong = "--shadow map takes the sun, not --light-at";
     } else if (!s->is_mesh && (s->desc.surface == FM_SURFACE_MESH || s->desc.shadows == FM_SHADOWS_RAY ||
                                s->desc.shadows == FM_SHADOWS_DISTRIBUTED || s->desc.shadows == FM_SHADOWS_MAP)) {
@@ -376,33 +354,24 @@ static bool check_combinations(const shot *s) {
 
 static bool read_shot(const shot_args *a, shot *s) {
     *s = (shot){0};
-    int surface = 0, shadow = 0, view = 0, backend = 0;
-    fm_shape size;
-    s->stats = a->stats->count > 0;
+    int surface = 0, shadow = 0, view = 0;
     s->quiet = a->quiet->count > 0;
-    s->pictures = (pictures){.out = cli_given(a->out, NULL), .fps = 30};
-    if (!read_input(a, s) || !cli_picture("--size", cli_given(a->size, "1280x720"), &size) ||
-        !path_options_read(&a->path, &s->path) || (a->fps->count && !cli_double("--fps", a->fps->sval[0], &s->pictures.fps)) ||
+    if (!read_input(a, s) || !picture_options_read(&a->pictures, &s->pictures, &s->path) ||
         !cli_uint32("--edge", cli_given(a->edge, "256"), 2 * MARGIN + 1, &s->edge) ||
         !cli_word("--surface", cli_given(a->surface, "field"), surface_words, &surface) ||
         !cli_word("--shadow", cli_given(a->shadow, "cone"), shadow_words, &shadow) ||
         !cli_word("--view", cli_given(a->view, "color"), view_words, &view) || !read_light(a, s) ||
         !cli_uint32("--samples", cli_given(a->samples, shadow == FM_SHADOWS_DISTRIBUTED ? "256" : "1"), 1, &s->desc.samples) ||
         !cli_double("--level", cli_given(a->level, "0"), &s->level) ||
-        !cli_uint32("--blend", cli_given(a->blend, "16"), 1, &s->blend) ||
-        !cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend) ||
-        (a->threads->count && !cli_uint32("--threads", a->threads->sval[0], 1, &s->wanted.threads))) {
+        !cli_uint32("--blend", cli_given(a->blend, "16"), 1, &s->blend) || !cli_device_read(&a->device, &s->wanted)) {
         return false;
     }
     if (s->desc.samples > 65536 || s->edge > 4096 || s->blend > 4096) {
         cli_usage("--samples is at most 65536, --edge and --blend at most 4096");
         return false;
     }
-    s->wanted.backend = (fm_backend)backend;
-    s->wanted.device = cli_given(a->device, NULL);
-    s->desc.width = s->pictures.width = size.x;
-    s->desc.height = s->pictures.height = size.y;
-    s->pictures.frames = s->path.frames;
+    s->desc.width = s->pictures.width;
+    s->desc.height = s->pictures.height;
     s->desc.surface = (fm_surface)surface;
     s->desc.shadows = (fm_shadows)shadow;
     s->desc.view = (fm_deferred_view)view;

@@ -118,6 +118,26 @@ dd if=/dev/zero of="$work/w.fmo" bs=4096 seek=$((half / 4096)) count=8 conv=notr
 (cd "$work" && "$fathom" octree render w.fmo --size 48x32 --backend cpu --quiet --distance 9 -o p.png) >"$work/.out" 2>"$work/.err" ||
     bad "a part that cannot be read stops the picture: $(cat "$work/.err")"
 says 'stay coarse'
+# Turned: the box's y and z change places.
+sed 's/^v 0 1 0/v 0 2 0/; s/^v 0 0 1/v 0 0 5/' "$work/t.obj" >"$work/long.obj"
+ends 0 octree build long.obj up.fmo --up y --flip --size 16 --backend cpu --quiet
+ends 0 octree build long.obj as.fmo --size 16 --backend cpu --quiet
+shape_of() {
+    "$fathom" octree info --json "$work/$1" | tr -d ' \n\t' | sed 's/.*"cells":\[\([0-9,]*\)\].*/\1/'
+}
+turned=$(shape_of up.fmo | awk -F, '{ print $1 "," $3 "," $2 }')
+if [ "$turned" = "$(shape_of up.fmo)" ] || [ "$turned" != "$(shape_of as.fmo)" ]; then
+    bad "--up y: cells $(shape_of up.fmo), without it $(shape_of as.fmo)"
+fi
+# shellcheck disable=SC2086
+ends 0 octree render t.obj $small --cells 16 --up y -o p.png
+rm "$work/up.fmo" "$work/as.fmo" "$work/long.obj"
+ends 2 octree render city.npy --up y -o p.png
+says 'are of meshes'
+ends 2 octree render o.fmo --flip -o p.png
+says 'are of meshes'
+ends 2 octree render o.fmo --device 0 --backend cpu -o p.png
+says 'names a Vulkan device'
 ends 2 octree render
 ends 2 octree render o.fmo
 says 'nothing to do'

@@ -109,7 +109,7 @@ fi
 
 # What is refused, and how.
 ends 2 render town.npy
-says '--out or --stats'
+says 'give --out FILE'
 ends 2 render scene:nowhere:8 --out a.png
 says 'nowhere'
 ends 2 render scene:terrain --out a.png
