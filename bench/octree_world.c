@@ -379,7 +379,7 @@ bool bench_octree_scale(bench_session *session, const bench_octree_way *way, con
                         bench_octree_result *result) {
     shell what = {size};
     shell_job job = {.context = bench_session_context(session, FM_BACKEND_AUTO),
-                     .source = {&what, {size, size, size}, shell_read, shell_air},
+                     .source = {&what, {size, size, size}, shell_read, shell_air, true},
                      .desc = {.kind = way->kind, .threshold = way->threshold}};
     result->size = size;
     snprintf(result->model, sizeof result->model, "shell");

@@ -44,7 +44,9 @@ static inline fm_result grid_read(void *user, const fm_box *box, uint32_t *voxel
     if (g->reads_left == 0) {
         return FM_ERROR_IO;
     }
-    g->reads_left -= g->reads_left > 0;
+    if (g->reads_left > 0) {
+        g->reads_left--;
+    }
     for (int64_t z = box->begin[2]; z < box->end[2]; z++) {
         for (int64_t y = box->begin[1]; y < box->end[1]; y++) {
             for (int64_t x = box->begin[0]; x < box->end[0]; x++) {

@@ -8,12 +8,14 @@ const char *fm_purpose_name(fm_purpose purpose) {
 }
 
 void fm_meter_add(fm_meter *meter, uint64_t bytes) {
-    meter->bytes += bytes;
-    meter->peak = fm_max_u64(meter->peak, meter->bytes);
+    const uint64_t now = __atomic_add_fetch(&meter->bytes, bytes, __ATOMIC_RELAXED);
+    uint64_t peak = __atomic_load_n(&meter->peak, __ATOMIC_RELAXED);
+    while (peak < now && !__atomic_compare_exchange_n(&meter->peak, &peak, now, true, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+    }
 }
 
 void fm_meter_remove(fm_meter *meter, uint64_t bytes) {
-    meter->bytes -= bytes;
+    __atomic_sub_fetch(&meter->bytes, bytes, __ATOMIC_RELAXED);
 }
 
 uint32_t fm_listing(uint32_t *count, uint32_t available, bool wanted) {

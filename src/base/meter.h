@@ -33,6 +33,7 @@ typedef struct fm_meter {
     uint64_t bytes, peak;
 } fm_meter;
 
+// Threads of one context may count at once.
 void fm_meter_add(fm_meter *meter, uint64_t bytes);
 void fm_meter_remove(fm_meter *meter, uint64_t bytes);
 

@@ -56,13 +56,13 @@ static uint32_t points_of(const fm_voxel_ref *children, double (*points)[3], dou
     return count;
 }
 
-static uint32_t contour_around(const fm_voxel_ref *children) {
+static uint32_t contour_around(const fm_voxel_trees *trees, const fm_voxel_ref *children) {
     double points[8 * FM_HULL_POINTS][3], normal[3] = {0};
-    bool full = true;
+    bool full = true;  // of what has no contour
     for (int c = 0; c < 8; c++) {
         full = full && children[c].type != FM_REF_EMPTY && !children[c].contour;
     }
-    if (full) {
+    if (full || trees->octree->desc.threshold < 0) {
         return 0;
     }
     const uint32_t count = points_of(children, points, normal);
@@ -178,7 +178,6 @@ static fm_result join(fm_voxel_trees *trees, uint32_t level, const fm_voxel_ref 
     FM_TRY(add_words(trees, list_length(node), &first));
     memcpy(fm_voxel_words(trees) + first, list, list_length(node) * sizeof *list);
     node->w[2] = (uint32_t)first;
-    node->contour = trees->octree->desc.threshold < 0 ? 0 : contour_around(children);
     return FM_OK;
 }
 
@@ -235,4 +234,4 @@ static fm_voxel_ref placed(const fm_voxel_trees *trees, uint32_t word) {
     return ref;
 }
 
-const fm_voxel_kind fm_kind_contours = {branch_of, join, split, place_top, placed, false, false};
+const fm_voxel_kind fm_kind_contours = {branch_of, join, split, contour_around, place_top, placed, false, false};

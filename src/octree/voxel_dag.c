@@ -114,4 +114,4 @@ static fm_result place(fm_voxel_trees *trees, const fm_voxel_ref *cell, uint32_t
     return FM_OK;
 }
 
-const fm_voxel_kind fm_kind_dag = {branch_of, join, split, place, placed, true, true};
+const fm_voxel_kind fm_kind_dag = {branch_of, join, split, NULL, place, placed, true, true};

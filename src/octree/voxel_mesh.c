@@ -10,26 +10,32 @@
 
 #include <string.h>
 
-enum { LEAST_CUBE = 6, TILE = 64, TILE_CELLS = TILE * TILE * TILE, GREY = 182 };
+enum { LEAST_CUBE = FM_TILE_LEVEL, GREY = 182 };
 static const uint64_t MOST_CUBES = 1 << 22;
 
 typedef struct surface {
     const fm_mesh *mesh;
     const fm_octree_desc *desc;
     fm_grid grid, cubes;
-    uint32_t cube;     // level of a cube
-    uint64_t *first;   // of each cube, where its triangles begin; one more
-    uint32_t *sorted;  // triangles
-    uint64_t count;    // cubes
-    // The box that was read last: its corner and, where contours are wanted, which triangles touch each of its voxels.
+    uint32_t cube;      // level of a cube
+    uint64_t *first;    // of each cube, where its triangles begin; one more
+    uint32_t *sorted;   // triangles
+    uint64_t count;     // cubes
+    uint32_t triangle;  // that is being sorted
+    bool contours;
+} surface;
+
+// What one thread reads: the box that was the last and, where contours are wanted, which triangles touch each of its voxels.
+typedef struct reader {
+    const surface *of;
     fm_box box;
     uint32_t *voxels;
     uint32_t triangle;
-    int32_t *heads;  // TILE_CELLS; NULL: no contours
+    int32_t *heads;  // FM_TILE_VOXELS; NULL: no contours
     fm_voxel_link *links;
     uint64_t link_count, link_room;
     bool failed;
-} surface;
+} reader;
 
 // ---------------------------------------------------------------------------------------------------------------------------
 // Cubes
@@ -49,14 +55,37 @@ static void fill_cube(void *user, uint32_t x, uint32_t y, uint32_t z) {
     own->sorted[own->first[cube_at(own, x, y, z)]++] = own->triangle;
 }
 
+// The cube that a triangle is in as a whole, as most are.
+static bool in_one_cube(const surface *own, uint64_t triangle, const double half[3], uint32_t cube[3]) {
+    const uint32_t size[3] = {own->cubes.shape.x, own->cubes.shape.y, own->cubes.shape.z};
+    const uint32_t *corners = own->mesh->triangles[triangle];
+    const float *a = own->mesh->vertices[corners[0]], *b = own->mesh->vertices[corners[1]], *c = own->mesh->vertices[corners[2]];
+    for (int axis = 0; axis < 3; axis++) {
+        const float low = fminf(a[axis], fminf(b[axis], c[axis])), high = fmaxf(a[axis], fmaxf(b[axis], c[axis]));
+        const double origin = own->cubes.origin[axis], spacing = own->cubes.spacing[axis];
+        const double first = ceil(((double)low - origin) / spacing - half[axis]);
+        if (first != floor(((double)high - origin) / spacing + half[axis]) || !(first >= 0 && first < size[axis])) {
+            return false;
+        }
+        cube[axis] = (uint32_t)first;
+    }
+    return true;
+}
+
 static void each_cube(surface *own, fm_touch_fn fn) {
     // A little more than half: what touches a voxel must touch its cube, too, however it is rounded.
     static const double half[3] = {0.500001, 0.500001, 0.500001};
     const fm_shape shape = own->cubes.shape;
     const fm_touch_range all = {{0, 0, 0}, {shape.x - 1, shape.y - 1, shape.z - 1}};
     for (uint64_t i = 0; i < own->mesh->triangle_count; i++) {
+        uint32_t cube[3];
         own->triangle = (uint32_t)i;
-        if (fm_triangle_fits(own->mesh, i)) {
+        if (!fm_triangle_fits(own->mesh, i)) {
+            continue;
+        }
+        if (in_one_cube(own, i, half, cube)) {
+            fn(own, cube[0], cube[1], cube[2]);
+        } else {
             fm_touch(own->mesh, &own->cubes, (uint32_t)i, half, &all, fn, own);
         }
     }
@@ -89,7 +118,7 @@ static uint64_t cube_of(const surface *own, const fm_box *box) {
 }
 
 static bool no_triangles(void *user, const fm_box *box) {
-    const surface *own = user;
+    const surface *own = ((const reader *)user)->of;
     uint32_t end[3];
     for (int axis = 0; axis < 3; axis++) {
         end[axis] = (uint32_t)((box->end[axis] - 1) >> own->cube);
@@ -156,9 +185,9 @@ static uint32_t number_of(const surface *own, uint32_t triangle, const uint32_t 
     }
 }
 
-static void keep_link(surface *own, uint64_t voxel) {
+static void keep_link(reader *own, uint64_t voxel) {
     if (own->link_count == own->link_room) {
-        const fm_allocator *allocator = &own->mesh->context->allocator;
+        const fm_allocator *allocator = &own->of->mesh->context->allocator;
         const uint64_t room = own->link_room > 0 ? 2 * own->link_room : 1 << 14;
         fm_voxel_link *links = fm_alloc(allocator, room * sizeof *links, "contours of an octree");
         if (!links) {
@@ -176,18 +205,18 @@ static void keep_link(surface *own, uint64_t voxel) {
     own->heads[voxel] = (int32_t)own->link_count++;
 }
 
-static uint64_t voxel_at(const surface *own, uint32_t x, uint32_t y, uint32_t z) {
+static uint64_t voxel_at(const reader *own, uint32_t x, uint32_t y, uint32_t z) {
     const fm_box *box = &own->box;
     const uint64_t row = (uint64_t)(box->end[0] - box->begin[0]), slice = row * (uint64_t)(box->end[1] - box->begin[1]);
     return (x - (uint64_t)box->begin[0]) + row * (y - (uint64_t)box->begin[1]) + slice * (z - (uint64_t)box->begin[2]);
 }
 
 static void set_voxel(void *user, uint32_t x, uint32_t y, uint32_t z) {
-    surface *own = user;
+    reader *own = user;
     const uint64_t voxel = voxel_at(own, x, y, z);
     if (own->voxels[voxel] == 0) {
         const uint32_t cell[3] = {x, y, z};
-        own->voxels[voxel] = number_of(own, own->triangle, cell);
+        own->voxels[voxel] = number_of(own->of, own->triangle, cell);
     }
     if (own->heads) {
         keep_link(own, voxel);
@@ -195,7 +224,8 @@ static void set_voxel(void *user, uint32_t x, uint32_t y, uint32_t z) {
 }
 
 static fm_result read_surface(void *user, const fm_box *box, uint32_t *voxels) {
-    surface *own = user;
+    reader *own = user;
+    const surface *of = own->of;
     static const double half[3] = {0.5, 0.5, 0.5};
     fm_touch_range range;
     uint64_t count = 1;
@@ -211,10 +241,10 @@ static fm_result read_surface(void *user, const fm_box *box, uint32_t *voxels) {
     for (uint64_t i = 0; own->heads && i < count; i++) {
         own->heads[i] = FM_NO_LINK;
     }
-    const uint64_t cube = cube_of(own, box);
-    for (uint64_t i = own->first[cube]; i < own->first[cube + 1]; i++) {
-        own->triangle = own->sorted[i];
-        fm_touch(own->mesh, &own->grid, own->triangle, half, &range, set_voxel, own);
+    const uint64_t cube = cube_of(of, box);
+    for (uint64_t i = of->first[cube]; i < of->first[cube + 1]; i++) {
+        own->triangle = of->sorted[i];
+        fm_touch(of->mesh, &of->grid, own->triangle, half, &range, set_voxel, own);
     }
     return own->failed ? FM_ERROR_OUT_OF_HOST_MEMORY : FM_OK;
 }
@@ -224,9 +254,9 @@ static fm_result read_surface(void *user, const fm_box *box, uint32_t *voxels) {
 // ---------------------------------------------------------------------------------------------------------------------------
 
 static uint32_t contour_at(void *user, const uint32_t cell[3]) {
-    const surface *own = user;
+    const reader *own = user;
     const int32_t first = own->heads[voxel_at(own, cell[0], cell[1], cell[2])];
-    return fm_contour_fit(own->mesh, &own->grid, cell, own->links, first);
+    return fm_contour_fit(own->of->mesh, &own->of->grid, cell, own->links, first);
 }
 
 // ---------------------------------------------------------------------------------------------------------------------------
@@ -257,40 +287,71 @@ static void make_grids(surface *own, const fm_octree_info *info) {
 }
 
 static fm_result prepare(surface *own, const double low[3], const double high[3]) {
-    fm_context *context = own->mesh->context;
     fm_octree *model = NULL;
-    FM_TRY(fm_octree_new(context, own->desc, low, high, &model));
+    FM_TRY(fm_octree_new(own->mesh->context, own->desc, low, high, &model));
     make_grids(own, &model->info);
     fm_octree_destroy(model);
-    if (own->desc->kind == FM_OCTREE_CONTOURS && !(own->desc->threshold < 0)) {
-        own->heads = fm_alloc(&context->allocator, TILE_CELLS * sizeof *own->heads, "contours of an octree");
-        if (!own->heads) {
-            return FM_ERROR_OUT_OF_HOST_MEMORY;
-        }
-    }
+    own->contours = own->desc->kind == FM_OCTREE_CONTOURS && !(own->desc->threshold < 0);
     return sort_triangles(own);
 }
 
 static void release(surface *own) {
     const fm_allocator *allocator = &own->mesh->context->allocator;
-    fm_free(allocator, own->links, own->link_room * sizeof *own->links);
-    fm_free(allocator, own->heads, TILE_CELLS * sizeof *own->heads);
     fm_free(allocator, own->sorted, own->first ? own->first[own->count] * sizeof *own->sorted : 0);
     fm_free(allocator, own->first, (own->count + 1) * sizeof *own->first);
+}
+
+// One for each worker.
+typedef struct readers {
+    reader *all;
+    void **users;
+    uint32_t count;
+} readers;
+
+static fm_result open_readers(const surface *own, readers *made) {
+    fm_context *context = own->mesh->context;
+    made->count = fm_pool_threads(context->pool);
+    made->all = fm_alloc_zero(&context->allocator, made->count * sizeof *made->all, "threads of an octree");
+    made->users = fm_alloc(&context->allocator, made->count * sizeof *made->users, "threads of an octree");
+    if (!made->all || !made->users) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    for (uint32_t i = 0; i < made->count; i++) {
+        reader *one = &made->all[i];
+        one->of = own;
+        made->users[i] = one;
+        if (own->contours) {
+            one->heads = fm_alloc(&context->allocator, FM_TILE_VOXELS * sizeof *one->heads, "contours of an octree");
+            FM_TRY(one->heads ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY);
+        }
+    }
+    return FM_OK;
+}
+
+static void close_readers(const surface *own, readers *made) {
+    const fm_allocator *allocator = &own->mesh->context->allocator;
+    for (uint32_t i = 0; made->all && i < made->count; i++) {
+        fm_free(allocator, made->all[i].links, made->all[i].link_room * sizeof *made->all[i].links);
+        fm_free(allocator, made->all[i].heads, FM_TILE_VOXELS * sizeof *made->all[i].heads);
+    }
+    fm_free(allocator, made->users, made->count * sizeof *made->users);
+    fm_free(allocator, made->all, made->count * sizeof *made->all);
 }
 
 fm_result fm_octree_voxels_from_mesh(fm_mesh *mesh, const fm_octree_desc *desc, const double low[3], const double high[3],
                                      fm_octree **octree) {
     surface own = {.mesh = mesh, .desc = desc};
+    readers made = {0};
     fm_result result = prepare(&own, low, high);
+    result = result == FM_OK ? open_readers(&own, &made) : result;
     if (result == FM_OK) {
-        const fm_voxel_source source = {.user = &own,
-                                        .shape = {own.grid.shape.x, own.grid.shape.y, own.grid.shape.z},
-                                        .read = read_surface,
-                                        .air = no_triangles};
-        fm_voxel_feed feed = {.source = &source, .contour = own.heads ? contour_at : NULL};
+        const fm_voxel_source source = {
+            .shape = {own.grid.shape.x, own.grid.shape.y, own.grid.shape.z}, .read = read_surface, .air = no_triangles};
+        fm_voxel_feed feed = {
+            .source = &source, .user = made.users[0], .users = made.users, .contour = own.contours ? contour_at : NULL};
         result = fm_voxel_build(mesh->context, &feed, desc, low, high, octree);
     }
+    close_readers(&own, &made);
     release(&own);
     return result;
 }

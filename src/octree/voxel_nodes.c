@@ -47,4 +47,4 @@ static void split(const fm_voxel_trees *trees, uint32_t level, const fm_voxel_re
     }
 }
 
-const fm_voxel_kind fm_kind_voxels = {branch_of, join, split, word_of, ref_of, false, false};
+const fm_voxel_kind fm_kind_voxels = {branch_of, join, split, NULL, word_of, ref_of, false, false};

@@ -184,4 +184,4 @@ static fm_voxel_ref placed(const fm_voxel_trees *trees, uint32_t word) {
     return word == 0 ? (fm_voxel_ref){0} : ref_of(trees, fm_voxel_words(trees) + word);
 }
 
-const fm_voxel_kind fm_kind_tree64 = {branch_of, join, split, place, placed, false, false};
+const fm_voxel_kind fm_kind_tree64 = {branch_of, join, split, NULL, place, placed, false, false};

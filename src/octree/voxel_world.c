@@ -102,11 +102,6 @@ static fm_result read_slab(void *user, const fm_box *box, uint32_t *voxels) {
     return FM_OK;
 }
 
-static fm_result read_straight(void *user, const fm_box *box, uint32_t *voxels) {
-    slabs *own = user;
-    return fm_world_read(own->world, box, voxels);
-}
-
 // The world as a source; what `feed` points to must stay while it is used.
 static void open_feed(fm_world *world, slabs *own, fm_voxel_source *source, fm_voxel_feed *feed) {
     fm_world_desc about;
@@ -114,9 +109,9 @@ static void open_feed(fm_world *world, slabs *own, fm_voxel_source *source, fm_v
     const fm_shape shape = own->shape = about.shape;
     own->context = fm_world_context(world);
     const bool here = own->context->backend == FM_BACKEND_CPU;
-    *source = (fm_voxel_source){.user = own, .shape = {shape.x, shape.y, shape.z}, .read = here ? read_straight : read_slab};
+    *source = (fm_voxel_source){.user = own, .shape = {shape.x, shape.y, shape.z}, .read = read_slab};
     own->world = world;
-    *feed = (fm_voxel_feed){.source = source, .dense = here ? fm_world_map(world) : NULL};
+    *feed = (fm_voxel_feed){.source = source, .user = own, .dense = here ? fm_world_map(world) : NULL};
 }
 
 static void close_feed(slabs *own) {

@@ -65,20 +65,6 @@ static void forget(fm_octree *octree) {
     octree->state = NULL;
 }
 
-// The top grid, empty, and what makes the words behind it begin where a kind's nodes may.
-static fm_result begin_words(fm_voxel_trees *trees) {
-    const uint64_t tops = fm_voxel_tops(trees->octree), all = fm_round_up(tops, 8);
-    const fm_voxel_ref empty = {0};
-    uint64_t first;
-    uint32_t word;
-    FM_TRY(fm_voxel_room(trees, &trees->octree->words, all, 1ull << 30, &first));
-    FM_TRY(trees->kind->place(trees, &empty, &word));
-    for (uint64_t i = 0; i < all; i++) {
-        fm_voxel_words(trees)[i] = i < tops ? word : 0;
-    }
-    return FM_OK;
-}
-
 static fm_result new_trees(fm_octree *octree, fm_voxel_trees **result) {
     fm_voxel_trees *trees = fm_alloc_zero(&octree->context->allocator, sizeof *trees, "an octree's updates");
     if (!trees) {
@@ -103,44 +89,14 @@ static void counted(fm_voxel_trees *trees) {
 // Copies without what is out of use
 // ---------------------------------------------------------------------------------------------------------------------------
 
-typedef struct copying {
-    const fm_voxel_trees *from;
-    fm_voxel_trees *to;
-    uint32_t *known;  // of shared nodes: where they went, by where they were; 0: nowhere yet
-} copying;
-
-static fm_result copy_cell(const copying *work, uint32_t level, const fm_voxel_ref *cell, fm_voxel_ref *copy) {
-    *copy = *cell;
-    if (cell->type != FM_REF_NODE) {
-        return FM_OK;
-    }
-    if (work->known && work->known[cell->w[0]] != 0) {
-        copy->w[0] = work->known[cell->w[0]];
-        return FM_OK;
-    }
-    const uint32_t branch = work->from->kind->branch(level);
-    fm_voxel_ref children[FM_BRANCHES];
-    work->from->kind->split(work->from, level, cell, children);
-    for (uint32_t i = 0; i < 1u << 3 * branch; i++) {
-        const fm_voxel_ref child = children[i];
-        FM_TRY(copy_cell(work, level - branch, &child, &children[i]));
-    }
-    FM_TRY(work->to->kind->join(work->to, level, children, copy));
-    copy->contour = cell->contour;
-    if (work->known) {
-        work->known[cell->w[0]] = copy->w[0];
-    }
-    return FM_OK;
-}
-
-static fm_result copy_all(const copying *work) {
-    FM_TRY(begin_words(work->to));
+static fm_result copy_all(const fm_voxel_copying *work) {
+    FM_TRY(fm_voxel_begin(work->to));
     const uint64_t tops = fm_voxel_tops(work->from->octree);
     for (uint64_t i = 0; i < tops; i++) {
         const fm_voxel_ref cell = work->from->kind->placed(work->from, fm_voxel_words(work->from)[i]);
         fm_voxel_ref copy;
         uint32_t word;
-        FM_TRY(copy_cell(work, work->from->octree->info.levels, &cell, &copy));
+        FM_TRY(fm_voxel_copy(work, work->from->octree->info.levels, &cell, &copy));
         FM_TRY(work->to->kind->place(work->to, &copy, &word));
         fm_voxel_words(work->to)[i] = word;
     }
@@ -172,7 +128,7 @@ static fm_result compact(fm_octree *octree) {
     fm_context *context = octree->context;
     fm_octree fresh = {.context = context, .info = octree->info};
     fresh.words.size = fresh.values.size = fresh.attributes.size = fresh.extra.size = sizeof(uint32_t);
-    copying work = {.from = trees};
+    fm_voxel_copying work = {.from = trees};
     const uint64_t words = octree->words.count;
     FM_TRY(new_trees(&fresh, &work.to));
     fm_result result = FM_OK;
@@ -240,9 +196,12 @@ static fm_result fill(fm_octree *octree, fm_voxel_feed *feed) {
     FM_TRY(new_trees(octree, &trees));
     octree->state = trees;
     octree->forget = forget;
-    FM_TRY(begin_words(trees));
+    FM_TRY(fm_voxel_begin(trees));
     octree->info.empty = fm_voxel_tops(octree);
-    FM_TRY(fm_voxel_all(trees, feed));
+    FM_TRY(fm_voxel_crew_open(trees, feed));
+    const fm_result result = fm_voxel_all(trees, feed);
+    fm_voxel_crew_close(feed);
+    FM_TRY(result);
     trees->compact = elements(octree);
     counted(trees);
     return FM_OK;
@@ -307,7 +266,7 @@ fm_result fm_octree_build_voxels(fm_context *context, const fm_voxel_source *sou
     if (!context || !octree) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", context ? "octree" : "context");
     }
-    fm_voxel_feed feed = {.source = source};
+    fm_voxel_feed feed = {.source = source, .user = source ? source->user : NULL};
     return fm_voxel_build_fed(context, &feed, desc, octree);
 }
 
@@ -497,6 +456,6 @@ fm_result fm_voxel_update_fed(fm_octree *octree, fm_voxel_feed *feed, const fm_b
 }
 
 fm_result fm_octree_update_voxels(fm_octree *octree, const fm_voxel_source *source, const fm_box *boxes, uint32_t count) {
-    fm_voxel_feed feed = {.source = source};
+    fm_voxel_feed feed = {.source = source, .user = source ? source->user : NULL};
     return fm_voxel_update_fed(octree, &feed, boxes, count);
 }
