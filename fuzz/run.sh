@@ -36,6 +36,8 @@ for target in $targets; do
     [ "$target" != vxl ] || longest=2200000
     # A page for the header, and for each section.
     [ "$target" != fmo ] || longest=40000
+    # And for each part the same.
+    [ "$target" != fmo_parts ] || longest=60000
     if ! "$build/fuzz/fuzz_$target" -max_total_time="$seconds" -max_len="$longest" -timeout=10 -rss_limit_mb=2048 -print_final_stats=1 \
         -artifact_prefix="$build/found/$target-" "$build/corpus/$target" "$build/seeds/$target" >"$build/$target.log" 2>&1; then
         tail -40 "$build/$target.log"

@@ -173,6 +173,27 @@ static bool write_octrees(const char *directory) {
     return good;
 }
 
+// Files of two parts, a coarse octree, and a directory.
+static bool write_parts(const char *directory) {
+    static const float vertices[4][3] = {{0, 0, 0}, {2, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    static const uint32_t triangles[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+    const fm_context_desc cpu = {.backend = FM_BACKEND_CPU, .threads = 1};
+    const fm_mesh_desc tetrahedron = {vertices, 4, triangles, 4};
+    fm_context *context = NULL;
+    fm_mesh *mesh = NULL;
+    bool good = fm_context_create(&cpu, &context) == FM_OK && fm_mesh_create(context, &tetrahedron, &mesh) == FM_OK;
+    for (int kind = FM_OCTREE_CLOSEST; good && kind < FM_OCTREE_KINDS; kind++) {
+        char path[1024];
+        snprintf(path, sizeof path, "%s/fmo_parts/%d.fmo", directory, kind);
+        const fm_octree_desc desc = {
+            .kind = (fm_octree_kind)kind, .size = 12, .low = {-0.1f, -0.1f, -0.1f}, .high = {2.1f, 1, 1}, .top_bytes = 64};
+        good = fm_octree_write_parts(mesh, &desc, &(fm_octree_parts){.parts = 2, .coarse = 4}, path) == FM_OK;
+    }
+    fm_mesh_destroy(mesh);
+    fm_context_destroy(context);
+    return good;
+}
+
 int main(int argc, char **argv) {
     if (argc != 2) {
         fprintf(stderr, "usage: %s DIRECTORY\n", argv[0]);
@@ -183,7 +204,7 @@ int main(int argc, char **argv) {
                 write_volume(d, "nrrd", "a.nrrd", FM_TYPE_U8, false) && write_volume(d, "nrrd", "b.nrrd", FM_TYPE_I16, true) &&
                 write_volume(d, "nifti", "a.nii", FM_TYPE_I16, false) && write_volume(d, "nifti", "a.nii.gz", FM_TYPE_F64, false) &&
                 write_volume(d, "vox", "a.vox", FM_TYPE_U8, false) && write_handmade(d) && write_vxl(d) && write_meshes(d) &&
-                write_octrees(d);
+                write_octrees(d) && write_parts(d);
     if (!good) {
         fprintf(stderr, "%s: %s\n", argv[1], fm_last_error());
     }

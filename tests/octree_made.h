@@ -142,4 +142,37 @@ static inline void made_seal(uint8_t *image, uint64_t bytes) {
     fm_fmo_seal(image);
 }
 
+// The same of a file with parts: of every image in it that lies within, and of the directory.
+static inline void made_seal_parts(uint8_t *file, uint64_t bytes) {
+    fm_fmo_header header;
+    if (bytes < FM_FMO_PAGE) {
+        return;
+    }
+    memcpy(&header, file, sizeof header);
+    made_seal(file, header.image_bytes < bytes ? header.image_bytes : bytes);
+    uint64_t count = 1;
+    for (int axis = 0; axis < 3; axis++) {
+        count *= header.parts[axis] < FM_FMO_MOST_ALONG ? header.parts[axis] : FM_FMO_MOST_ALONG;
+    }
+    const uint64_t pages = fm_fmo_directory_bytes(count);
+    if (count == 0 || bytes < pages) {
+        return;
+    }
+    uint8_t *rows = file + bytes - pages;
+    for (uint64_t part = 0; part < count; part++) {
+        fm_fmo_part row;
+        fm_fmo_header own;
+        memcpy(&row, rows + part * sizeof row, sizeof row);
+        if (row.bytes >= FM_FMO_PAGE && row.bytes <= bytes - pages && row.offset <= bytes - pages - row.bytes &&
+            row.offset % sizeof(uint64_t) == 0) {
+            made_seal(file + row.offset, row.bytes);
+            memcpy(&own, file + row.offset, sizeof own);
+            row.header_sum = own.header_sum;
+            memcpy(rows + part * sizeof row, &row, sizeof row);
+        }
+    }
+    const uint32_t sum = (uint32_t)crc32_z(0, rows, count * sizeof(fm_fmo_part));
+    memcpy(rows + count * sizeof(fm_fmo_part), &sum, sizeof sum);
+}
+
 #endif
