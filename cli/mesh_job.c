@@ -72,16 +72,15 @@ bool mesh_options_read(const mesh_options *o, uint32_t margin, mesh_job *job) {
     return check_combinations(o, job);
 }
 
-// Cubic voxels, `size` of them along the box's longest edge.
-static void fit_box(mesh_job *job) {
-    const double *low = job->box, *high = job->box + 3;
+void mesh_job_fit_box(const double box[6], uint32_t size, fm_volume_desc *grid) {
+    const double *low = box, *high = box + 3;
     const double longest = fmax(high[0] - low[0], fmax(high[1] - low[1], high[2] - low[2]));
-    const double spacing = longest / job->size;
-    uint32_t *const counts[3] = {&job->grid.shape.x, &job->grid.shape.y, &job->grid.shape.z};
+    const double spacing = longest / size;
+    uint32_t *const counts[3] = {&grid->shape.x, &grid->shape.y, &grid->shape.z};
     for (int axis = 0; axis < 3; axis++) {
         *counts[axis] = (uint32_t)fmax(1, ceil((high[axis] - low[axis]) / spacing * (1 - 1e-12)));
-        job->grid.spacing[axis] = spacing;
-        job->grid.origin[axis] = low[axis] + spacing / 2;
+        grid->spacing[axis] = spacing;
+        grid->origin[axis] = low[axis] + spacing / 2;
     }
 }
 
@@ -102,7 +101,7 @@ int mesh_job_begin(mesh_job *job) {
         return status;
     }
     if (job->boxed) {
-        fit_box(job);
+        mesh_job_fit_box(job->box, job->size, &job->grid);
     } else if (fm_mesh_fit(job->mesh, job->size, job->margin, &job->grid) != FM_OK) {
         return cli_library_failed();
     }

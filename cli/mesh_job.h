@@ -44,6 +44,9 @@ bool mesh_options_read(const mesh_options *options, uint32_t margin, mesh_job *j
 int mesh_job_begin(mesh_job *job);
 void mesh_job_end(mesh_job *job);
 
+// A grid of cubic voxels, `size` of them along the box's longest edge. The rest of `grid` stays.
+void mesh_job_fit_box(const double box[6], uint32_t size, fm_volume_desc *grid);
+
 // A volume of the grid, where the context computes.
 fm_result mesh_job_volume(const mesh_job *job, fm_type type, fm_volume **volume);
 // Notes passes and wall time after the work.

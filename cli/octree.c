@@ -123,7 +123,7 @@ int octree_build(int argc, char **argv) {
     octree_options options;
     struct arg_str *in = cli_add(&args, arg_str1(NULL, NULL, "MESH|VOXELS", "a mesh file, or a volume of voxels"));
     struct arg_str *out = cli_add(&args, arg_str1(NULL, NULL, "OUT.fmo", "the octree; - writes to standard output"));
-    octree_options_add(&args, &options, "size");
+    octree_options_add(&args, &options, "size", false);
     struct arg_str *parts = cli_add(&args, arg_str0(NULL, "parts", "N", "divide the box into parts, N along its longest edge"));
     struct arg_str *coarse =
         cli_add(&args, arg_str0(NULL, "coarse", "N", "with --parts: cells of the coarse octree; default an eighth of --size"));

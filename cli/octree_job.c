@@ -5,6 +5,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
+#include <strings.h>
 
 // In the order of the enumerations.
 const char *const octree_kind_words[] = {"closest", "distance", "voxels", "svo", "dag", "tree64", "bricks", NULL};
@@ -22,9 +23,11 @@ static const char *const attribute_words[] = {"none", "triangle", "color", "text
 // Mesh files are read without colours and texture coordinates.
 static const char *const offered_attributes[] = {"none", "triangle", NULL};
 
-void octree_options_add(cli_args *args, octree_options *o, const char *cells) {
-    static char kinds[256];
-    o->kind = cli_add(args, arg_str0(NULL, "kind", "KIND", cli_list(octree_kind_words, kinds)));
+void octree_options_add(cli_args *args, octree_options *o, const char *cells, bool field) {
+    static char kinds[256], text[320];
+    snprintf(text, sizeof text, "%s%s", cli_list(octree_kind_words, kinds), field ? "; or field: dense, of meshes, no octree" : "");
+    o->field = field;
+    o->kind = cli_add(args, arg_str0(NULL, "kind", "KIND", text));
     o->cells = cli_add(args, arg_str0(NULL, cells, "N", "finest cells along the longest edge; default 256; of voxels: theirs"));
     o->box = cli_add(args, arg_str0(NULL, "box", "X0,Y0,Z0,X1,Y1,Z1", "of a mesh: what the octree covers; default: all of it"));
     o->method = cli_add(args, arg_str0(NULL, "method", "exact|grown", "how closest points are found; default exact"));
@@ -43,17 +46,26 @@ void octree_options_add(cli_args *args, octree_options *o, const char *cells) {
     o->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors and what is asked for"));
 }
 
+static bool read_kind(const octree_options *o, octree_job *job) {
+    const char *word = cli_given(o->kind, "closest");
+    int kind = FM_OCTREE_BRICKS;
+    job->field = o->field && strcasecmp(word, "field") == 0;
+    if (!job->field && !cli_word("--kind", word, octree_kind_words, &kind)) {
+        return false;
+    }
+    job->desc.kind = (fm_octree_kind)kind;
+    return true;
+}
+
 static bool read_words(const octree_options *o, octree_job *job) {
-    int kind = 0, method = 0, code = 0, sign = 0, attribute = 0;
-    if (!cli_word("--kind", cli_given(o->kind, "closest"), octree_kind_words, &kind) ||
-        !cli_word("--method", cli_given(o->method, "exact"), method_words, &method) ||
+    int method = 0, code = 0, sign = 0, attribute = 0;
+    if (!read_kind(o, job) || !cli_word("--method", cli_given(o->method, "exact"), method_words, &method) ||
         !cli_word("--code", cli_given(o->code, "spherical"), code_words, &code) ||
         !cli_word("--sign", cli_given(o->sign, "auto"), sign_words, &sign) ||
         !cli_word("--attribute", cli_given(o->attribute, "none"), offered_attributes, &attribute) ||
         !cli_device_read(&o->device, &job->wanted) || !mesh_input_options_read(&o->mesh, &job->mesh_in)) {
         return false;
     }
-    job->desc.kind = (fm_octree_kind)kind;
     job->desc.method = (fm_octree_method)method;
     job->desc.code = (fm_octree_code)code;
     job->desc.sign = (fm_sign)sign;
@@ -65,7 +77,8 @@ static bool read_words(const octree_options *o, octree_job *job) {
 
 static bool read_box(const octree_options *o, octree_job *job) {
     double box[6];
-    if (!o->box->count) {
+    job->boxed = o->box->count > 0;
+    if (!job->boxed) {
         return true;
     }
     if (!cli_box("--box", o->box->sval[0], box)) {
@@ -117,6 +130,10 @@ static bool check_combinations(const octree_options *o, const octree_job *job) {
         wrong = "--rounds is of --method grown";
     } else if ((o->mesh.up->count || o->mesh.flip->count) && fm_mesh_format_of(job->in) == FM_MESH_FORMAT_AUTO) {
         wrong = "--up and --flip are of meshes: voxels, and octrees in files, lie as they lie";
+    } else if (job->field && fm_mesh_format_of(job->in) == FM_MESH_FORMAT_AUTO) {
+        wrong = "--kind field is of meshes: fathom render draws voxels by their field";
+    } else if (job->field && o->top->count) {
+        wrong = "--top is of octrees, not of --kind field";
     } else if (o->sign->count && kind != FM_OCTREE_DISTANCE && kind != FM_OCTREE_BRICKS) {
         wrong = "--sign is of --kind distance and bricks";
     }

@@ -18,6 +18,7 @@ typedef struct octree_options {
     cli_device device;
     mesh_input_options mesh;
     files_input input;
+    bool field;  // --kind may be field, which is no octree
 } octree_options;
 
 typedef struct octree_job {
@@ -27,7 +28,8 @@ typedef struct octree_job {
     fm_octree_desc desc;
     fm_read_desc read;  // of voxels
     double solid;       // threshold; NaN: what is not 0
-    bool quiet;
+    bool quiet, boxed;
+    bool field;  // not an octree but the dense field of the mesh; the rest is as for FM_OCTREE_BRICKS
     // Filled as the work goes on.
     fm_context *context;
     fm_mesh *mesh;    // or
@@ -38,8 +40,8 @@ typedef struct octree_job {
     double wall_ms;
 } octree_job;
 
-// `cells`: the name of the option for the number of cells.
-void octree_options_add(cli_args *args, octree_options *options, const char *cells);
+// `cells`: the name of the option for the number of cells. `field`: --kind may be field.
+void octree_options_add(cli_args *args, octree_options *options, const char *cells, bool field);
 // False on bad usage, which has been said.
 bool octree_options_read(const octree_options *options, const char *cells, const char *in, octree_job *job);
 

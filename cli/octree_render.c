@@ -2,6 +2,7 @@
 // fathom octree render: pictures of octrees, also of such as are larger than the memory for them.
 
 #include "commands.h"
+#include "octree_field.h"
 #include "octree_job.h"
 #include "path.h"
 #include "pictures.h"
@@ -26,6 +27,7 @@ typedef struct shot {
     // Filled as the work goes on.
     fm_octree_stream *stream;
     fm_octree_renderer *renderer;
+    octree_field field;
     uint8_t *pixels;
 } shot;
 
@@ -64,6 +66,9 @@ static void place_camera(shot *s) {
 static int draw(void *user, uint32_t frame) {
     shot *s = user;
     s->desc.camera = camera_path_at(&s->path, (fm_shape){1, 1, 1}, (double)s->desc.width / s->desc.height, frame);
+    if (s->job.field) {
+        return octree_field_draw(&s->field, &s->desc, s->pixels);
+    }
     fm_result result = s->stream ? fm_octree_stream_update(s->stream, &s->desc.camera, true) : FM_OK;
     result = result == FM_OK ? fm_octree_render(s->renderer, &s->desc, NULL) : result;
     result = result == FM_OK && s->pixels ? fm_octree_renderer_read(s->renderer, s->pixels) : result;
@@ -77,6 +82,9 @@ static double part_of(uint64_t a, uint64_t b) {
 static int print_stats(shot *s) {
     fm_octree_render_stats stats;
     const int status = pictures_print_passes(s->job.context, "the last picture");
+    if (s->job.field && status == CLI_DONE) {
+        return CLI_DONE;
+    }
     if (status != CLI_DONE || fm_octree_renderer_stats(s->renderer, &stats) != FM_OK) {
         return status != CLI_DONE ? status : cli_library_failed();
     }
@@ -110,7 +118,9 @@ static int work(shot *s) {
         status = read_octree(s);
     } else if (status == CLI_DONE) {
         status = octree_job_source(job);
-        status = status == CLI_DONE ? octree_job_build(job) : status;
+        if (status == CLI_DONE) {
+            status = job->field ? octree_field_make(job, &s->field) : octree_job_build(job);
+        }
     }
     if (status != CLI_DONE) {
         return status;
@@ -122,7 +132,7 @@ static int work(shot *s) {
     if (s->pictures.out && !s->pixels) {
         return cli_fail("out of memory: free some");
     }
-    if (fm_octree_renderer_create(job->context, &s->renderer) != FM_OK) {
+    if (!job->field && fm_octree_renderer_create(job->context, &s->renderer) != FM_OK) {
         return cli_library_failed();
     }
     status = s->pictures.out ? pictures_write(&s->pictures, s->pixels, draw, s) : draw(s, 0);
@@ -143,6 +153,7 @@ static int run(shot *s) {
         status = work(s);
         fm_octree_renderer_destroy(s->renderer);
         fm_octree_stream_close(s->stream);
+        octree_field_end(&s->field);
         octree_job_end(&s->job);
         free(s->pixels);
     }
@@ -170,7 +181,7 @@ static void add_options(cli_args *args, shot_args *a) {
     a->distance = cli_add(args, arg_str0(NULL, "distance", "D",
                                          "of files with parts: what is farther away is coarse; default a "
                                          "quarter of the box's diagonal"));
-    octree_options_add(args, &a->octree, "cells");
+    octree_options_add(args, &a->octree, "cells", true);
 }
 
 static bool read_light(const shot_args *a, shot *s) {
@@ -230,7 +241,9 @@ static bool check_combinations(const shot_args *a, const shot *s) {
     const bool made = o->kind->count || o->cells->count || o->box->count || o->method->count || o->code->count ||
                       o->threshold->count || o->share->count || o->top->count || o->sign->count || o->attribute->count ||
                       o->solid->count || o->rounds->count;
-    if (is_octree(s->job.in) && made) {
+    if (s->job.field && octree_field_wrong(&s->desc)) {
+        wrong = octree_field_wrong(&s->desc);
+    } else if (is_octree(s->job.in) && made) {
         wrong = "the octree in the file is as it was built: --kind, --cells and the like are for meshes and voxels";
     } else if (!is_octree(s->job.in) && s->streamed) {
         wrong = "--budget and --distance are of .fmo files with parts: fathom octree build --parts writes them";
@@ -264,7 +277,9 @@ int octree_render(int argc, char **argv) {
         "fathom octree render armadillo.fmo --shadow --out armadillo.png\n"
         "fathom octree render bunny.ply --cells 512 --reflection 0.3 --out bunny.png\n"
         "fathom octree render lucy.fmo --budget 256 --path 90 --out lucy.mp4\n"
-        "fathom octree render armadillo.fmo --view reads --stats --out reads.png\n"};
+        "fathom octree render armadillo.fmo --view reads --stats --out reads.png\n"
+        "fathom octree render armadillo.obj --up y --kind svo --cells 512 --out svo.png\n"
+        "fathom octree render armadillo.obj --up y --kind field --cells 512 --out dense.png\n"};
     cli_args args = {0};
     shot_args options;
     add_options(&args, &options);

@@ -132,6 +132,23 @@ fi
 # shellcheck disable=SC2086
 ends 0 octree render t.obj $small --cells 16 --up y -o p.png
 rm "$work/up.fmo" "$work/as.fmo" "$work/long.obj"
+# All that octrees are compared with, from the same camera.
+for kind in closest distance voxels svo dag tree64 bricks field; do
+    # shellcheck disable=SC2086
+    ends 0 octree render t.obj $small --cells 16 --kind $kind --look-at 0.3,0.3,0.3,3,50,-30 --shadow --stats -o $kind.png
+    [ -s "$work/$kind.png" ] || bad "no picture of --kind $kind"
+    rm -f "$work/$kind.png"
+done
+grep -q '^  surface ' "$work/.out" || bad "--kind field tells no times: $(cat "$work/.out")"
+# shellcheck disable=SC2086
+ends 0 octree render t.obj $small --cells 16 --kind field --box 0,0,0,2,1,1 --sun 0,0,1 --view reads -o p.png
+ends 2 octree build t.obj f.fmo --kind field
+ends 2 octree render city.npy --kind field -o p.png
+says 'is of meshes'
+for way in "--view levels" "--reflection 0.5" "--epsilon 0.2" "--top 8" "--share" "--method grown"; do
+    # shellcheck disable=SC2086
+    ends 2 octree render t.obj --kind field $way -o p.png
+done
 ends 2 octree render city.npy --up y -o p.png
 says 'are of meshes'
 ends 2 octree render o.fmo --flip -o p.png

@@ -4,11 +4,11 @@
 
 // Pictures of octrees (octree.h), also of such as do not fit into memory. The conventions of fathom.h and octree.h hold here too.
 //
-// All kinds of octrees are drawn by one renderer, chosen when they are built (fm_octree_desc.kind; `fathom octree render MESH
-// --kind closest|distance|voxels|svo|dag|tree64|bricks`, also where an octree of vectors is compared with signed distances, binary
-// voxels, voxels with contours, a DAG, a 64-tree and a band of bricks). What they are compared with besides, a dense distance
-// field, is no octree: that of a mesh is drawn by deferred.h (`fathom render MESH --edge N`), that of a world by render.h (`fathom
-// render WORLD`), with the same fm_camera (`--camera`, `--look-at`).
+// All kinds of octrees are drawn by one renderer; the kind is chosen when they are built (fm_octree_desc.kind). Of a mesh, from one
+// camera, `fathom octree render MESH --kind KIND` draws vectors to closest points (closest) and all that they are compared with:
+// 1. signed distances (distance), 2. binary voxels (voxels), 3. voxels with contours (svo), 4. a DAG (dag), 5. a 64-tree (tree64),
+// 6. a dense distance field (field), 7. a band of bricks (bricks). The dense field is no octree: fm_mesh_sdf makes it and
+// deferred.h draws it, a world's own field render.h (`fathom render WORLD`), with the same fm_camera.
 
 #include "fathom/octree.h"
 #include "fathom/render.h"
