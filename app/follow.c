@@ -124,7 +124,7 @@ static void follow_mode(paint *p) {
         paint_ask_slow(p, false);
         return;
     }
-    if (s->meshes && !p->moving.scene && !moving_open(&p->moving, p->context, p->options->mesh)) {
+    if (s->meshes && !p->moving.scene && !moving_open(&p->moving, p->context, p->options->mesh, p->options->mesh_y_up)) {
         paint_failed(p, "meshes");
         moving_close(&p->moving);
         s->meshes = false;

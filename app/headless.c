@@ -105,7 +105,7 @@ static int run_all(shown *s, const options *o) {
 
 static bool open_shown(shown *s, fm_context *context, options *o) {
     if (o->settings.meshes) {
-        return moving_open(&s->meshes, context, o->mesh);
+        return moving_open(&s->meshes, context, o->mesh, o->mesh_y_up);
     }
     return stage_open(&s->voxels, context) &&
            (o->input ? stage_load(&s->voxels, &o->settings, o->input) : stage_build(&s->voxels, &o->settings));

@@ -5,6 +5,7 @@ enum { MOST_EDGE = 1024, MOST_RAYS = 64, MOST_SAMPLES = 65536, MOST_BAND = 1024 
 
 void mesh_options_add(cli_args *args, mesh_options *o) {
     o->meshes = cli_add(args, arg_lit0(NULL, "mesh", "moving meshes instead of voxels; IN is then a mesh, .ply, .glb, ..."));
+    o->up = cli_add(args, arg_str0(NULL, "up", "y|z", "which axis of the mesh in IN points up; default z"));
     o->hold = cli_add(args, arg_lit0(NULL, "hold", "meshes stand still"));
     o->field = cli_add(args, arg_str0(NULL, "field", "exact|rtsdf|coarse", "of meshes; default exact; coarse: RTSDF without rays"));
     o->edge = cli_add(args, arg_str0(NULL, "edge", "N", "texels along that field's longest edge; default what suits the device"));

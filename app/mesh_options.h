@@ -9,7 +9,7 @@
 
 typedef struct mesh_options {
     struct arg_lit *meshes, *hold, *blend;
-    struct arg_str *field, *edge, *band, *sign, *rays, *flood, *surface, *samples, *light;
+    struct arg_str *up, *field, *edge, *band, *sign, *rays, *flood, *surface, *samples, *light;
 } mesh_options;
 
 void mesh_options_add(cli_args *args, mesh_options *o);

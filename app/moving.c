@@ -60,21 +60,31 @@ static bool add_torus(moving_stage *s) {
     return add(s, torus, &s->objects[0]);
 }
 
+// The place of a vertex, or its box's, along axis k.
+static float turned(const float at[3], int k, bool y_up) {
+    return !y_up || k == 0 ? at[k] : k == 1 ? -at[2] : at[1];
+}
+
 // Vertices such that what takes part of the mesh stands over the origin. Those of dropped triangles must not become of use.
-static void fit(const fm_mesh_info *info, const float (*from)[3], float (*to)[3], uint64_t count) {
-    const float wide = info->high[0] - info->low[0], deep = info->high[1] - info->low[1], high = info->high[2] - info->low[2];
-    const float radius = 0.5f * hypotf(wide, deep);
-    const float scale = fminf(radius > 0 ? middle_radius / radius : INFINITY, high > 0 ? middle_height / high : INFINITY);
+static void fit(const fm_mesh_info *info, bool y_up, const float (*from)[3], float (*to)[3], uint64_t count) {
+    float low[3], edge[3];
+    for (int k = 0; k < 3; k++) {
+        const float ends[2] = {turned(info->low, k, y_up), turned(info->high, k, y_up)};
+        low[k] = fminf(ends[0], ends[1]);
+        edge[k] = fabsf(ends[1] - ends[0]);
+    }
+    const float radius = 0.5f * hypotf(edge[0], edge[1]);
+    const float scale = fminf(radius > 0 ? middle_radius / radius : INFINITY, edge[2] > 0 ? middle_height / edge[2] : INFINITY);
     const float by = isfinite(scale) ? scale : 1;
     for (uint64_t i = 0; i < count; i++) {
         for (int k = 0; k < 3; k++) {
-            const float base = k < 2 ? 0.5f * info->low[k] + 0.5f * info->high[k] : info->low[k];
-            to[i][k] = fabsf(from[i][k]) <= 1e18f ? (from[i][k] - base) * by + (k < 2 ? 0 : gap) : NAN;
+            const float base = k < 2 ? low[k] + 0.5f * edge[k] : low[k], at = turned(from[i], k, y_up);
+            to[i][k] = fabsf(at) <= 1e18f ? (at - base) * by + (k < 2 ? 0 : gap) : NAN;
         }
     }
 }
 
-static bool add_fitted(moving_stage *s, fm_mesh *read) {
+static bool add_fitted(moving_stage *s, fm_mesh *read, bool y_up) {
     fm_mesh_info info;
     fm_mesh_desc desc;
     const float(*vertices)[3];
@@ -85,7 +95,7 @@ static bool add_fitted(moving_stage *s, fm_mesh *read) {
     float(*fitted)[3] = malloc((size_t)(desc.vertex_count ? desc.vertex_count : 1) * sizeof *fitted);
     fm_mesh *made = NULL;
     if (fitted) {
-        fit(&info, vertices, fitted, desc.vertex_count);
+        fit(&info, y_up, vertices, fitted, desc.vertex_count);
     }
     desc.vertices = (const float(*)[3])fitted;
     const bool good =
@@ -96,17 +106,17 @@ static bool add_fitted(moving_stage *s, fm_mesh *read) {
     return good;
 }
 
-static bool add_file(moving_stage *s, const char *path) {
+static bool add_file(moving_stage *s, const char *path, bool y_up) {
     fm_mesh *read = NULL;
-    const bool good = fm_mesh_read(s->context, path, NULL, &read, NULL) == FM_OK && add_fitted(s, read);
+    const bool good = fm_mesh_read(s->context, path, NULL, &read, NULL) == FM_OK && add_fitted(s, read, y_up);
     fm_mesh_destroy(read);
     return good;
 }
 
-bool moving_open(moving_stage *s, fm_context *context, const char *file) {
+bool moving_open(moving_stage *s, fm_context *context, const char *file, bool y_up) {
     *s = (moving_stage){.context = context, .seconds = NAN};
     return fm_scene_create(context, &s->scene) == FM_OK && fm_deferred_create(context, &s->deferred) == FM_OK && add_still(s) &&
-           (file ? add_file(s, file) : add_torus(s)) &&
+           (file ? add_file(s, file, y_up) : add_torus(s)) &&
            add(s, scene_mesh_sphere(49, 96, (const float[3]){0, 0, 0}, 5), &s->objects[1]) &&
            add_box(s, (const float[3]){-1.5f, -4, -1.5f}, (const float[3]){1.5f, 4, 1.5f}, &s->objects[2]);
 }

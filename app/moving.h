@@ -28,9 +28,9 @@ typedef struct moving_stage {
 extern const fm_shape moving_shape;
 
 // A mesh of the file (NULL: a torus) stands in the middle, scaled to fit. A file without triangles leaves
-// that place empty. All that return bool return false where fm_last_error says why. `moving_close` frees in any case, and takes
-// what was never opened.
-bool moving_open(moving_stage *s, fm_context *context, const char *file);
+// that place empty. `y_up`: the file's axis y points up, as (x, y, z) becomes (x, -z, y). All that return bool return false where
+// fm_last_error says why. `moving_close` frees in any case, and takes what was never opened.
+bool moving_open(moving_stage *s, fm_context *context, const char *file, bool y_up);
 void moving_close(moving_stage *s);
 
 // Where an object is after so many seconds.

@@ -59,10 +59,21 @@ static const char *given(const struct arg_str *option, const char *otherwise) {
 }
 
 // A mesh is what the file's first bytes or name say, even without --mesh.
-static void read_input(const option_args *a, options *o) {
+static bool read_input(const option_args *a, options *o) {
+    static const char *const up_words[] = {"z", "y", NULL};
+    int up = 0;
     const char *in = given(a->in, NULL);
     o->settings.meshes = a->mesh.meshes->count > 0 || (in && fm_mesh_format_of(in) != FM_MESH_FORMAT_AUTO);
     *(o->settings.meshes ? &o->mesh : &o->input) = in;
+    if (!cli_word("--up", given(a->mesh.up, "z"), up_words, &up)) {
+        return false;
+    }
+    o->mesh_y_up = up == 1;
+    if (a->mesh.up->count && !o->mesh) {
+        cli_usage("paint: --up is given without a mesh's file");
+        return false;
+    }
+    return true;
 }
 
 static bool read_scene(const option_args *a, options *o) {
@@ -228,8 +239,8 @@ bool options_parse(cli_args *args, int argc, char **argv, options *o, int *statu
         return false;
     }
     *status = CLI_USAGE;
-    read_input(&a, o);
-    if (!read_scene(&a, o) || !read_method(&a, o) || !read_picture(&a, o) || !read_benchmark(&a, o) || !read_rest(&a, o)) {
+    if (!read_input(&a, o) || !read_scene(&a, o) || !read_method(&a, o) || !read_picture(&a, o) || !read_benchmark(&a, o) ||
+        !read_rest(&a, o)) {
         return false;
     }
     *status = check_outputs(o);

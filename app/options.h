@@ -10,6 +10,7 @@ typedef struct options {
     paint_settings settings;  // a shape or scale of 0: see options_suit
     const char *input;        // NULL: the settings' scene
     const char *mesh;         // a file; NULL: the torus
+    bool mesh_y_up;           // of the file, whose axis y points up
     fm_backend backend;
     const char *device;
     uint32_t threads;

@@ -48,7 +48,7 @@ static bool open_context(paint *p) {
 }
 
 static bool open_meshes(paint *p) {
-    if (!moving_open(&p->moving, p->context, p->options->mesh)) {
+    if (!moving_open(&p->moving, p->context, p->options->mesh, p->options->mesh_y_up)) {
         cli_library_failed();
         return false;
     }

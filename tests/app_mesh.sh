@@ -69,6 +69,13 @@ EOF
 headless pyramid "$work/pyramid.obj"
 differ cone pyramid
 grep -q 'pyramid.obj, [0-9]* triangles' "$work/pyramid.out" || bad "the pyramid: $(cat "$work/pyramid.out")"
+# The same pyramid, lying on its side as files do whose axis y points up, stands again.
+awk '$1 == "v" { print "v", $2, $4, -$3; next } { print }' "$work/pyramid.obj" >"$work/lying.obj"
+headless lying "$work/lying.obj"
+differ pyramid lying
+headless standing "$work/lying.obj" --up y
+same pyramid standing
+"$paint" --headless --mesh --up y >"$work/said" 2>&1 && bad "--up is taken without a file"
 "$paint" --headless --mesh --backend cpu "$work/none.ply" >"$work/said" 2>&1 && bad "a mesh that is not there is taken"
 "$paint" --headless --mesh --shadow soft >"$work/said" 2>&1 && bad "shadows of voxels are taken for those of meshes"
 for wrong in '--edge 7' '--rays 65' '--sun-size 21' '--field none'; do

@@ -226,7 +226,7 @@ static void check_file(fm_context *context) {
     const int fd = mkstemps(path, 4);
     moving_stage with, without;
     CHECK(fd >= 0 && write(fd, text, sizeof text - 1) == (ssize_t)(sizeof text - 1) && close(fd) == 0);
-    const bool opened = CHECK(moving_open(&with, context, path));
+    const bool opened = CHECK(moving_open(&with, context, path, false));
     bool works;
     fm_mesh_info info;
     const paint_mesh_settings none = {0};
@@ -234,7 +234,7 @@ static void check_file(fm_context *context) {
         CHECK(info.dropped == 1 && info.high[0] <= 64 && info.high[2] <= 24 && info.low[2] == -2);
     }
     moving_close(&with);
-    CHECK(!moving_open(&without, context, "/nonexistent/mesh.ply"));
+    CHECK(!moving_open(&without, context, "/nonexistent/mesh.ply", false));
     moving_close(&without);
     moving_close(&without);
     unlink(path);
@@ -242,7 +242,7 @@ static void check_file(fm_context *context) {
 
 static void test_moving(fm_context *context) {
     moving_stage s;
-    if (CHECK(moving_open(&s, context, NULL))) {
+    if (CHECK(moving_open(&s, context, NULL, false))) {
         check_paths(&s);
         check_fields(&s);
     }
