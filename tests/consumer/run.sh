@@ -66,15 +66,17 @@ pkg-config)
     "$work/consumer"
     ;;
 readme)
-    # The first two blocks fenced as C, and the one line that compiles the first.
+    # The three blocks fenced as C, and the one line that compiles the first.
     block() {
         awk -v wanted="$1" '/^```c$/ { on = ++count == wanted; next } /^```$/ { on = 0 } on' README.md
     }
     block 1 >"$work/nearest.c"
     block 2 >"$work/turning.c"
+    block 3 >"$work/octree.c"
     command=$(grep '^cc .*nearest\.c' README.md)
     [ -s "$work/nearest.c" ]
     [ -s "$work/turning.c" ]
+    [ -s "$work/octree.c" ]
     [ -n "$command" ]
     cc() {
         $CC -std=c11 -Wall -Wextra -Wpedantic -Werror "$@"
@@ -83,11 +85,28 @@ readme)
         cd "$work"
         eval "$command"
         ./nearest >nearest.txt
-        eval "$(echo "$command" | sed 's/nearest/turning/g')"
-        # The reader's mesh is not there.
         rm -f part.stl
-        ! ./turning 2>turning.txt
-        grep -q part.stl turning.txt
+        for program in turning octree; do
+            eval "$(echo "$command" | sed "s/nearest/$program/g")"
+            # The reader's mesh is not there.
+            ! ./$program 2>$program.txt
+            grep -q part.stl $program.txt
+        done
+        # Now it is: a tetrahedron.
+        {
+            echo "solid part"
+            for corners in "0 0 0,0 1 0,1 0 0" "0 0 0,1 0 0,0 0 1" "1 0 0,0 1 0,0 0 1" "0 1 0,0 0 0,0 0 1"; do
+                echo "facet normal 0 0 0"
+                echo "outer loop"
+                echo "$corners" | tr , '\n' | sed 's/^/vertex /'
+                echo "endloop"
+                echo "endfacet"
+            done
+            echo "endsolid part"
+        } >part.stl
+        ./octree
+        [ -s part.fmo ]
+        [ -s part.png ]
     )
     # What the first prints stands in the block fenced as text that follows.
     sed -n '/^```c$/,${/^```text$/,/^```$/{/^```/!p}}' README.md | diff - "$work/nearest.txt"
