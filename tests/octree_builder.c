@@ -231,6 +231,17 @@ static void test_bad(fm_context *context) {
     fm_octree_builder_destroy(builder);
     builder = NULL;
     desc.folder = NULL;
+    // What is not there is named, and the builder is as it was.
+    const fm_octree_desc textured = {.size = 8, .high = {1, 1, 1}, .attribute = FM_OCTREE_TEXTURE};
+    CHECK_OK(fm_octree_builder_create(context, &textured, &builder));
+    CHECK_FAILS(fm_octree_builder_add(builder, &what, NULL, NULL), FM_ERROR_INVALID_ARGUMENT);
+    CHECK(strstr(fm_last_error(), "texture") != NULL);
+    CHECK_OK(fm_octree_builder_add(builder, &(fm_mesh_desc){0}, NULL, NULL));
+    CHECK_OK(fm_octree_builder_finish(builder, &octree));
+    fm_octree_destroy(octree);
+    fm_octree_builder_destroy(builder);
+    octree = NULL;
+    builder = NULL;
     // A disk that takes 512 bytes.
     signal(SIGXFSZ, SIG_IGN);
     struct rlimit limit;

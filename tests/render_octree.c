@@ -376,6 +376,58 @@ static void check_arguments(stage *s, fm_octree *octree) {
     fm_octree_renderer_destroy(NULL);
 }
 
+// Bytes of pictures, on the device or the host, that the context holds.
+static uint64_t picture_bytes(fm_context *context) {
+    fm_memory memory[64];
+    uint32_t count = 64;
+    uint64_t bytes = 0;
+    if (CHECK_OK(fm_context_memory(context, &count, memory))) {
+        for (uint32_t i = 0; i < count; i++) {
+            bytes += strcmp(memory[i].purpose, "pictures") == 0 ? memory[i].bytes : 0;
+        }
+    }
+    return bytes;
+}
+
+// Second rays take memory where they are counted, and only there.
+static void check_memory(stage *s, fm_octree *octree) {
+    enum { SLACK = 8192 };  // what a device rounds to, and the beams
+    fm_octree_renderer *fresh = NULL;
+    fm_octree_render_desc desc = view_of(octree);
+    fm_octree_render_stats stats;
+    const uint64_t before = picture_bytes(s->context);
+    uint64_t bytes[3];
+    if (!CHECK_OK(fm_octree_renderer_create(s->context, &fresh))) {
+        return;
+    }
+    desc.shadow = true;
+    for (int i = 0; i < 3; i++) {
+        desc.count = i == 1;
+        CHECK_OK(fm_octree_render(fresh, &desc, NULL));
+        bytes[i] = picture_bytes(s->context) - before;
+        CHECK(i == 1 ? fm_octree_renderer_stats(fresh, &stats) == FM_OK && stats.second_rays > 0 : true);
+    }
+    CHECK(bytes[0] >= 20 * PIXELS && bytes[0] < 20 * PIXELS + SLACK);
+    CHECK(bytes[1] >= 28 * PIXELS && bytes[1] < 28 * PIXELS + SLACK && bytes[2] == bytes[1]);
+    fm_octree_renderer_destroy(fresh);
+    CHECK(picture_bytes(s->context) == before);
+}
+
+// As the header names them.
+static void check_passes(stage *s, fm_octree *octree, bool vulkan) {
+    static const char *const names[] = {"beams", "primary", "second"};
+    fm_octree_render_desc desc = view_of(octree);
+    fm_pass passes[8];
+    uint32_t count = 8;
+    desc.shadow = true;
+    if (CHECK_OK(fm_octree_render(s->renderer, &desc, NULL)) && CHECK_OK(fm_context_passes(s->context, &count, passes)) &&
+        CHECK(count == (vulkan ? 3 : 2))) {
+        for (uint32_t i = 0; i < count; i++) {
+            CHECK(strcmp(passes[i].name, names[vulkan ? i : i + 1]) == 0);
+        }
+    }
+}
+
 // Pictures on the device are those of the processor but for rounding.
 static void check_same(stage *s, stage *cpu, const shape *of, const fm_octree_desc *desc) {
     fm_octree *here = shape_octree(s->context, of, desc, 0.02), *there = shape_octree(cpu->context, of, desc, 0.02);
@@ -437,6 +489,8 @@ static void check_all(stage *s, stage *cpu) {
         fm_octree_destroy(torus);
         if (ball && i == 0) {
             check_arguments(s, ball);
+            check_memory(s, ball);
+            check_passes(s, ball, s != cpu);
         }
         fm_octree_destroy(ball);
         if (s != cpu && i == 0) {

@@ -124,7 +124,8 @@ static fm_result check_triangles(const fm_octree_builder *builder, const fm_mesh
     }
     if (triangles->triangle_count > 0 &&
         ((builder->desc.attribute == FM_OCTREE_COLOR && !colors) || (builder->desc.attribute == FM_OCTREE_TEXTURE && !texture))) {
-        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL: the octree's attribute needs it", colors ? "texture" : "colors");
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL: the octree's attribute needs it",
+                       builder->desc.attribute == FM_OCTREE_COLOR ? "colors" : "texture");
     }
     for (uint64_t i = 0; i < triangles->triangle_count; i++) {
         for (int k = 0; k < 3; k++) {
