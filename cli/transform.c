@@ -239,8 +239,9 @@ static int run(transform_request *request) {
 }
 
 typedef struct transform_args {
-    struct arg_str *in, *out, *metric, *algorithm, *spacing, *max_distance, *outside, *threshold, *label, *type, *indices, *backend,
-        *device, *threads, *slice, *format;
+    struct arg_str *in, *out, *metric, *algorithm, *spacing, *max_distance, *outside, *threshold, *label, *type, *indices, *slice,
+        *format;
+    cli_device device;
     struct arg_lit *is_signed, *squared, *saturate, *compress, *quiet, *json;
     files_input input;
 } transform_args;
@@ -261,9 +262,7 @@ static void add_options(cli_args *args, transform_args *a) {
     a->type = cli_add(args, arg_str0(NULL, "type", "u8|u16|u32|f32", "type of the field (i8, i16, i32 if signed); default f32"));
     a->saturate = cli_add(args, arg_lit0(NULL, "saturate", "distances too great for the type become its largest value"));
     a->indices = cli_add(args, arg_str0(NULL, "indices", "FILE", "write the index of the nearest solid voxel too"));
-    a->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
-    a->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
-    a->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
+    cli_device_add(args, &a->device);
     a->slice = cli_add(args, arg_str0(NULL, "slice", "FILE.png", "write a picture of the middle slice too"));
     a->format = cli_add(args, arg_str0(NULL, "format", "FORMAT", "write npy, raw, nrrd or nifti; default by name"));
     a->compress = cli_add(args, arg_lit0(NULL, "compress", "gzip; a name that ends in .gz asks for it too"));
@@ -296,17 +295,16 @@ static bool distance_type(const char *text, bool is_signed, fm_type *type) {
 static bool read_words(const transform_args *a, transform_request *r) {
     static const char *const algorithms[] = {"auto", "separable", "brute-force", NULL};
     static const char *const outsides[] = {"empty", "solid", NULL};
-    int metric = 0, algorithm = 0, outside = 0, backend = 0;
+    int metric = 0, algorithm = 0, outside = 0;
     if ((a->metric->count && !cli_word("--metric", a->metric->sval[0], fm_metric_words, &metric)) ||
         (a->algorithm->count && !cli_word("--algorithm", a->algorithm->sval[0], algorithms, &algorithm)) ||
         (a->outside->count && !cli_word("--outside", a->outside->sval[0], outsides, &outside)) ||
-        (a->backend->count && !cli_word("--backend", a->backend->sval[0], fm_backend_words, &backend))) {
+        !cli_device_read(&a->device, &r->context)) {
         return false;
     }
     r->desc.metric = (fm_metric)metric;
     r->desc.algorithm = (fm_algorithm)algorithm;
     r->desc.outside = (fm_outside)outside;
-    r->context.backend = (fm_backend)backend;
     return true;
 }
 
@@ -345,7 +343,7 @@ static bool read_numbers(const transform_args *a, transform_request *r) {
             return false;
         }
     }
-    return !a->threads->count || cli_uint32("--threads", a->threads->sval[0], 1, &r->context.threads);
+    return true;
 }
 
 // What contradicts itself whatever the file holds.
@@ -355,8 +353,6 @@ static bool check_combinations(const transform_args *a, const transform_request 
         wrong = "--threshold and --label are both given: choose one";
     } else if (r->desc.squared && r->desc.metric != FM_METRIC_L2) {
         wrong = "--squared is given with another metric than l2: leave one of the two out";
-    } else if (a->device->count && r->context.backend == FM_BACKEND_CPU) {
-        wrong = "--device is given with --backend cpu: it names a Vulkan device";
     } else if (a->spacing->count && r->type != FM_TYPE_F32) {
         wrong = "--spacing is given with an integer --type: distances in world units need --type f32";
     } else if (files_same(r->out, r->indices) || files_same(r->out, r->slice) || files_same(r->indices, r->slice)) {
@@ -374,7 +370,6 @@ static bool read_request(const transform_args *a, transform_request *r) {
     *r = (transform_request){.in = a->in->sval[0], .out = a->out->sval[0], .type = FM_TYPE_F32};
     r->indices = value_of(a->indices);
     r->slice = value_of(a->slice);
-    r->context.device = value_of(a->device);
     r->desc.is_signed = a->is_signed->count > 0;
     r->desc.squared = a->squared->count > 0;
     r->desc.saturate = a->saturate->count > 0;

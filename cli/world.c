@@ -212,8 +212,8 @@ static int run(world_request *request) {
 }
 
 typedef struct world_args {
-    struct arg_str *in, *threshold, *size, *scene, *scene_seed, *edits, *edit, *voxels, *voxel_type, *field, *type, *slice, *at,
-        *backend, *device, *threads;
+    struct arg_str *in, *threshold, *size, *scene, *scene_seed, *edits, *edit, *voxels, *voxel_type, *field, *type, *slice, *at;
+    cli_device device;
     struct arg_lit *check, *compress, *quiet, *json;
     files_input input;
     method_options method;
@@ -240,9 +240,7 @@ static void add_options(cli_args *args, world_args *a) {
     a->compress = cli_add(args, arg_lit0(NULL, "compress", "gzip; a name that ends in .gz asks for it too"));
     method_options_add(args, &a->method);
     a->check = cli_add(args, arg_lit0(NULL, "check", "compare the field with the exact distances"));
-    a->backend = cli_add(args, arg_str0(NULL, "backend", "auto|cpu|vulkan", "default auto: a real GPU, else the CPU"));
-    a->device = cli_add(args, arg_str0(NULL, "device", "D", "Vulkan device: index or part of its name"));
-    a->threads = cli_add(args, arg_str0(NULL, "threads", "N", "threads of the CPU backend; default one a processor"));
+    cli_device_add(args, &a->device);
     files_input_add(args, &a->input);
     a->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors and what --at asks for"));
     a->json = cli_add(args, arg_lit0(NULL, "json", "print the report as JSON"));
@@ -316,8 +314,6 @@ static bool read_outputs(const world_args *a, world_request *r) {
         wrong = "two outputs are the same file: give each its own name";
     } else if (r->slice && files_is_pipe(r->slice)) {
         wrong = "--slice is -: a picture needs a file name";
-    } else if (a->device->count && r->session.backend == FM_BACKEND_CPU) {
-        wrong = "--device is given with --backend cpu: it names a Vulkan device";
     } else if (r->in && a->edits->count && files_is_pipe(r->in) && files_is_pipe(a->edits->sval[0])) {
         wrong = "IN and --edits are both -: standard input can be read once";
     }
@@ -328,13 +324,14 @@ static bool read_outputs(const world_args *a, world_request *r) {
 }
 
 static bool read_backend(const world_args *a, world_request *r) {
-    int backend = 0;
-    if (!cli_word("--backend", cli_given(a->backend, "auto"), fm_backend_words, &backend)) {
+    fm_context_desc wanted = {0};
+    if (!cli_device_read(&a->device, &wanted)) {
         return false;
     }
-    r->session.backend = (fm_backend)backend;
-    r->session.device = cli_given(a->device, NULL);
-    return !a->threads->count || cli_uint32("--threads", a->threads->sval[0], 1, &r->session.threads);
+    r->session.backend = wanted.backend;
+    r->session.device = wanted.device;
+    r->session.threads = wanted.threads;
+    return true;
 }
 
 static bool read_places(const world_args *a, world_request *r) {
