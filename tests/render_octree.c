@@ -397,6 +397,7 @@ static void check_memory(stage *s, fm_octree *octree) {
     fm_octree_render_stats stats;
     const uint64_t before = picture_bytes(s->context);
     uint64_t bytes[3];
+    fm_volume_buffer buffers[3];
     if (!CHECK_OK(fm_octree_renderer_create(s->context, &fresh))) {
         return;
     }
@@ -405,6 +406,8 @@ static void check_memory(stage *s, fm_octree *octree) {
         desc.count = i == 1;
         CHECK_OK(fm_octree_render(fresh, &desc, NULL));
         bytes[i] = picture_bytes(s->context) - before;
+        const bool on_device = fm_octree_renderer_vulkan(fresh, &buffers[i]) == FM_OK;
+        CHECK(!on_device || buffers[i].buffer == buffers[0].buffer);
         CHECK(i == 1 ? fm_octree_renderer_stats(fresh, &stats) == FM_OK && stats.second_rays > 0 : true);
     }
     CHECK(bytes[0] >= 20 * PIXELS && bytes[0] < 20 * PIXELS + SLACK);

@@ -1,34 +1,44 @@
 // SPDX-License-Identifier: MIT
 #include "render/gpu_frames.h"
 
-static void destroy_room(const fm_gpu_room *room) {
+#include <string.h>
+
+// Whether a buffer does for the next picture. One that this does not need may be for the one after it, if that has the same size.
+static bool stays(const fm_gpu_room *room, const uint64_t bytes[FM_FRAME_BUFFERS], int i) {
+    return room->bytes[0] == bytes[0] && (bytes[i] == 0 || room->bytes[i] == bytes[i]);
+}
+
+// Buffers that are not those of another room.
+static void destroy_others(const fm_gpu_room *room, const fm_gpu_room *other) {
     for (int i = 0; i < FM_FRAME_BUFFERS; i++) {
-        fm_buffer_destroy(room->buffers[i]);
+        if (room->buffers[i] != other->buffers[i]) {
+            fm_buffer_destroy(room->buffers[i]);
+        }
     }
 }
 
-static fm_result make_room(fm_gpu *gpu, const uint64_t bytes[FM_FRAME_BUFFERS], fm_gpu_room *made) {
+static bool is_other(const fm_gpu_room *room, const fm_gpu_room *other) {
+    return memcmp(room->buffers, other->buffers, sizeof room->buffers) != 0;
+}
+
+// What of the newest picture's room does, and new buffers for the rest.
+static fm_result make_room(const fm_gpu_frames *frames, const uint64_t bytes[FM_FRAME_BUFFERS], fm_gpu_room *made) {
     *made = (fm_gpu_room){0};
     for (int i = 0; i < FM_FRAME_BUFFERS; i++) {
-        const fm_result status =
-            bytes[i] > 0 ? fm_buffer_create(gpu, FM_PURPOSE_PICTURES, bytes[i], false, &made->buffers[i]) : FM_OK;
+        fm_result status = FM_OK;
+        if (stays(&frames->room, bytes, i)) {
+            made->buffers[i] = frames->room.buffers[i];
+            made->bytes[i] = frames->room.bytes[i];
+        } else if (bytes[i] > 0) {
+            status = fm_buffer_create(frames->gpu, FM_PURPOSE_PICTURES, bytes[i], false, &made->buffers[i]);
+            made->bytes[i] = bytes[i];
+        }
         if (status != FM_OK) {
-            destroy_room(made);
+            destroy_others(made, &frames->room);
             return status;
         }
-        made->bytes[i] = bytes[i];
     }
     return FM_OK;
-}
-
-// What one picture needs and the next does not may stay.
-static bool fits(const fm_gpu_room *room, const uint64_t bytes[FM_FRAME_BUFFERS]) {
-    for (int i = 0; i < FM_FRAME_BUFFERS; i++) {
-        if (bytes[i] > 0 && room->bytes[i] != bytes[i]) {
-            return false;
-        }
-    }
-    return true;
 }
 
 static fm_result send(fm_gpu_frames *frames, const fm_gpu_room *room, uint64_t scene_bytes, fm_gpu_frame_submit *submit, void *user,
@@ -42,20 +52,19 @@ static fm_result send(fm_gpu_frames *frames, const fm_gpu_room *room, uint64_t s
 
 fm_result fm_gpu_frames_picture(fm_gpu_frames *frames, const uint64_t bytes[FM_FRAME_BUFFERS], uint64_t scene_bytes,
                                 fm_gpu_frame_submit *submit, void *user, fm_ticket *ticket) {
-    if (fits(&frames->room, bytes)) {
-        return send(frames, &frames->room, scene_bytes, submit, user, ticket);
-    }
     fm_gpu_room made;
-    FM_TRY(make_room(frames->gpu, bytes, &made));
+    FM_TRY(make_room(frames, bytes, &made));
     const fm_ticket before = fm_gpu_newest(frames->gpu);
     const fm_result status = send(frames, &made, scene_bytes, submit, user, ticket);
     if (status != FM_OK) {
-        destroy_room(&made);
+        destroy_others(&made, &frames->room);
         return status;
     }
-    (void)fm_gpu_wait(frames->gpu, before);
-    destroy_room(&frames->room);
-    frames->room = made;
+    if (is_other(&made, &frames->room)) {
+        (void)fm_gpu_wait(frames->gpu, before);
+        destroy_others(&frames->room, &made);
+        frames->room = made;
+    }
     return FM_OK;
 }
 
@@ -63,5 +72,5 @@ void fm_gpu_frames_destroy(fm_gpu_frames *frames) {
     // A lost device has nothing in flight.
     (void)fm_gpu_wait(frames->gpu, fm_gpu_newest(frames->gpu));
     fm_flights_destroy(&frames->scenes);
-    destroy_room(&frames->room);
+    destroy_others(&frames->room, &(fm_gpu_room){0});
 }
