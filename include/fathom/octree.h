@@ -157,15 +157,16 @@ FM_API fm_result fm_octree_builder_finish(fm_octree_builder *builder, fm_octree 
 // From voxels: VOXELS, CONTOURS, DAG and TREE64
 // ---------------------------------------------------------------------------------------------------------------------------
 
-// Where voxels come from: numbers as a world's, 0 is air. Both are called for boxes within `shape` that hold a voxel, only until the
-// call returns that the source is given to and, but for `concurrent`, by the thread that made it; they must not use the context. A
-// call may ask for a voxel more than once and in any order. What `read` returns other than FM_OK ends the call, which returns it.
+// Where voxels come from: numbers as a world's, 0 is air. Both are called for boxes within `shape` that hold a voxel, only until
+// the call returns that the source is given to and, but for `concurrent`, by the thread that made it; they must not use the
+// context. A call may ask for a voxel more than once and in any order. What `read` returns other than FM_OK ends the call, which
+// returns it.
 typedef struct fm_voxel_source {
     void *user;
     uint32_t shape[3];                                                   // each 1 to 2^20
     fm_result (*read)(void *user, const fm_box *box, uint32_t *voxels);  // x fastest
     bool (*air)(void *user, const fm_box *box);  // true: nothing solid is in the box. NULL: every box is read
-    bool concurrent;  // builds may call `read` from several threads of the context at once
+    bool concurrent;                             // builds may call `read` from several threads of the context at once
 } fm_voxel_source;
 
 // Voxel (x, y, z) is the finest cell (x, y, z); origin is -0.5, -0.5, -0.5 and a cell 1, so that cameras of a world fit. Of `desc`
