@@ -80,7 +80,7 @@ static void fill(grid *g, uint64_t seed) {
 
 static void check_sources(void) {
     static const uint32_t shapes[][3] = {{200, 130, 140}, {64, 64, 65}, {300, 20, 70}, {63, 10, 64}};
-    static const uint64_t tops[] = {0, 256, 4};
+    static const uint64_t tops[] = {1 << 20, 0, 4};
     for (size_t s = 0; s < sizeof shapes / sizeof *shapes; s++) {
         grid g = grid_new(shapes[s][0], shapes[s][1], shapes[s][2]);
         fill(&g, s);

@@ -74,7 +74,7 @@ static void check_all(grid *g, uint64_t top_bytes, int rays, uint64_t seed) {
     for (int k = 0; k < GRID_KINDS; k++) {
         for (int air = 0; air < 2; air++) {
             // A top grid as fine as it may be, and a coarse one.
-            fm_octree *octree = build(g, grid_kinds[k], air, air ? top_bytes : 0);
+            fm_octree *octree = build(g, grid_kinds[k], air, air ? top_bytes : 1 << 20);
             if (!octree) {
                 continue;
             }

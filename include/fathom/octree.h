@@ -76,7 +76,7 @@ typedef struct fm_octree_desc {
     // vectors, stays where it is within the threshold. Thin octrees are the smallest, not for rays that go sample by sample.
     float band;
     bool share;                     // CLOSEST, DISTANCE: identical subtrees and leaves are kept once
-    uint64_t top_bytes;             // of the top grid at most; 0: 1 MiB
+    uint64_t top_bytes;             // of the top grid at most; 0: 1 MiB, of voxels 2 KiB
     fm_sign sign;                   // DISTANCE, BRICKS
     fm_octree_attribute attribute;  // CLOSEST; VOXELS, CONTOURS and TREE64 of a mesh, but for TEXTURE
     const uint8_t (*colors)[4];     // COLOR: of each vertex

@@ -5,7 +5,8 @@
 
 #include <string.h>
 
-enum { PATCH_LEVEL = 4 };  // an update reads whole cubes of 2^4
+// An update reads whole cubes of these, where each costs a call and where voxels lie in memory.
+enum { PATCH_LEVEL = 4, DENSE_PATCH_LEVEL = 3 };
 
 fm_result fm_voxel_feed_open(fm_context *context, fm_voxel_feed *feed) {
     feed->tile = fm_alloc(&context->allocator, 2ull * FM_TILE_VOXELS * sizeof *feed->tile, "voxels of an octree");
@@ -222,7 +223,7 @@ fm_result fm_voxel_changed(fm_voxel_trees *trees, fm_voxel_feed *feed, uint32_t 
     if (!touched(level, corner, boxes, count)) {
         return FM_OK;
     }
-    if (level <= PATCH_LEVEL || covered(feed, level, corner, boxes, count)) {
+    if (level <= (feed->dense ? DENSE_PATCH_LEVEL : PATCH_LEVEL) || covered(feed, level, corner, boxes, count)) {
         count_away(trees, level, old);
         return fm_voxel_cell(trees, feed, level, corner, cell);
     }
