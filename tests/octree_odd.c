@@ -99,6 +99,20 @@ static void test_odd(fm_context *context) {
     fm_octree *octree = NULL;
     CHECK_OK(fm_mesh_create(context, &what, &mesh));
     CHECK_FAILS(fm_octree_build_mesh(mesh, &huge, &octree), FM_ERROR_UNSUPPORTED);
+    CHECK(strstr(fm_last_error(), "at most 67108864 are possible") != NULL);
+    // A chunk too many along one axis of 2^26, in pieces too; and boxes that floats do not carry.
+    const fm_octree_desc more = {.size = 512 * 128 + 1, .low = {0, 0, 0}, .high = {2, 2, 1}};
+    fm_octree_builder *builder = NULL;
+    CHECK_FAILS(fm_octree_build_mesh(mesh, &more, &octree), FM_ERROR_UNSUPPORTED);
+    CHECK_FAILS(fm_octree_builder_create(context, &more, &builder), FM_ERROR_UNSUPPORTED);
+    CHECK(strstr(fm_last_error(), "at most 67108864 are possible") != NULL && !octree && !builder);
+    const fm_octree_desc boxes_beyond[] = {{.size = 16, .low = {0, 0, 0}, .high = {3e18f, 1e18f, 1e18f}},
+                                           {.size = 16, .low = {0, 0, 0}, .high = {1e-18f, 1e-18f, 1e-18f}},
+                                           {.kind = FM_OCTREE_VOXELS, .low = {0, 0, 0}, .high = {1e-40f, 1e-40f, 1e-40f}}};
+    for (size_t i = 0; i < sizeof boxes_beyond / sizeof *boxes_beyond; i++) {
+        CHECK_FAILS(fm_octree_build_mesh(mesh, &boxes_beyond[i], &octree), FM_ERROR_INVALID_ARGUMENT);
+        CHECK(strstr(fm_last_error(), "cells of") != NULL);
+    }
     fm_mesh_destroy(mesh);
     scene_mesh_free(&sphere);
 }

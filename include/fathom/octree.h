@@ -126,9 +126,11 @@ FM_API void fm_octree_describe(const fm_octree *octree, fm_octree_info *info);  
 // or with triangles, as far as half of its memory goes; the processor builds all others. Its octree is the processor's but where
 // rounding decides: which of two places that are equally far is nearest, and deviations at the threshold. Bounds of empty leaves
 // may differ, too, and `code_error` is that of a sample where there are many vectors. Errors: FM_ERROR_INVALID_ARGUMENT for NULL,
-// sizes and enumerators out of range, a box without volume or so small or far away that floats do not tell its cells apart,
-// attributes without their arrays; FM_ERROR_UNSUPPORTED for more nodes or leaves than their numbers hold;
-// FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
+// sizes and enumerators out of range, a box without volume, with a face beyond 2^61 or of cells below 2^-60, whose floats overflow
+// or vanish, attributes without their arrays; FM_ERROR_UNSUPPORTED for more nodes or leaves than their numbers hold, and for
+// CLOSEST, DISTANCE and BRICKS in a box of more than 2^26 chunks of 128^3 cells (as a cube: a size above 51,968), which
+// fm_octree_write_parts divides; FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST,
+// FM_ERROR_INTERNAL.
 FM_API fm_result fm_octree_build_mesh(fm_mesh *mesh, const fm_octree_desc *desc, fm_octree **octree);
 
 // Builds one from triangles that come piece by piece, so that the mesh need not fit into memory: each is kept for every chunk of
@@ -220,9 +222,10 @@ FM_API fm_result fm_octree_cast(fm_octree *octree, const fm_mesh_ray *rays, uint
 FM_API fm_result fm_octree_write(const fm_octree *octree, const char *path);
 // Nothing in the file is trusted: sizes, checksums, every index. Of a file with parts the coarse octree is read. The file is mapped
 // where that is possible, and must then not be cut or changed in place as long as the octree lives; to write another by
-// fm_octree_write is fine, for that takes its name only. `path` "-" reads standard input; gzipped files are read, too. Errors:
-// FM_ERROR_INVALID_ARGUMENT for NULL; FM_ERROR_IO; FM_ERROR_FORMAT, the message says what is wrong and where;
-// FM_ERROR_OUT_OF_HOST_MEMORY. The device is not needed yet: the first cast or picture brings the octree there.
+// fm_octree_write is fine, for that takes its name only. `path` "-" reads standard input; gzipped files are read, too, and of both
+// no more is unpacked or kept than the header says, which must agree with the file's size. Errors: FM_ERROR_INVALID_ARGUMENT for
+// NULL; FM_ERROR_IO; FM_ERROR_FORMAT, the message says what is wrong and where; FM_ERROR_OUT_OF_HOST_MEMORY. The device is not
+// needed yet: the first cast or picture brings the octree there.
 FM_API fm_result fm_octree_read(fm_context *context, const char *path, fm_octree **octree);
 
 // A file of a coarse octree and finer ones of the parts of its box: `parts` along the longest edge, each of `size` / `parts` cells

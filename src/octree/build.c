@@ -75,8 +75,10 @@ fm_result fm_octree_build_begin(fm_octree_build *build, const double low[3], con
         build->chunk_count *= build->chunks[axis];
     }
     if (build->chunk_count > MOST_CHUNKS) {
-        return fm_fail(FM_ERROR_UNSUPPORTED, "%u x %u x %u cells are more than %llu chunks of 128^3: choose a smaller size",
-                       build->cells[0], build->cells[1], build->cells[2], (unsigned long long)MOST_CHUNKS);
+        return fm_fail(FM_ERROR_UNSUPPORTED,
+                       "%u x %u x %u cells are %llu chunks of 128^3: at most %llu are possible, choose a smaller size",
+                       build->cells[0], build->cells[1], build->cells[2], (unsigned long long)build->chunk_count,
+                       (unsigned long long)MOST_CHUNKS);
     }
     build->cell = info->cell;
     build->leaf_most = info->kind == FM_OCTREE_BRICKS ? 0 : (int)info->levels < FM_LEAF_MOST ? (int)info->levels : FM_LEAF_MOST;
