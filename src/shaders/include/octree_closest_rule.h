@@ -13,41 +13,7 @@
 // and a ray along a surface no longer goes in steps of its small distance. Where a corner is so far from the surface that the whole
 // way through the cell is clear, its length alone is looked at.
 
-#include "octree_nodes_rule.h"
-#include "vcp_rule.h"
-
-// The vectors of a leaf by corner, x + 2 y + 4 z, in edges of its cell.
-FM_PUSH_STRUCT(fm_vcp_cell) {
-    fm_v3 v[8];
-};
-
-FM_RULE fm_v3 fm_vcp_floats(fm_octree_head head, fm_uint leaf, fm_int corner, fm_float scale) {
-    uint64_t at = (FM_LONG(leaf) * FM_COLUMN_VALUES + FM_LONG(4 * (corner & 1) + (corner >> 1))) * FM_LONG(3);
-    return fm_times(
-        fm_v3_of(FM_REAL(head.values, at), FM_REAL(head.values, at + FM_LONG(1)), FM_REAL(head.values, at + FM_LONG(2))), scale);
-}
-
-// `size`: the leaf's edge in finest cells.
-FM_RULE fm_vcp_cell fm_vcp_cell_of(fm_octree_head head, fm_octree_eight words, fm_uint leaf, fm_float size) {
-    fm_vcp_cell cell;
-    for (int i = 0; i < 8; i++) {
-        cell.v[i] = head.code == FM_GPU_FLOATS ? fm_vcp_floats(head, leaf, i, 1 / (head.cell * size))
-                                               : fm_vcp_decode(words.v[i], head.code, FM_OCTREE_REACH);
-    }
-    return cell;
-}
-
-// The length of the vector at corner `i`, in edges of the cell.
-FM_RULE fm_float fm_vcp_length(fm_octree_head head, fm_octree_eight words, fm_uint leaf, fm_int i, fm_float size) {
-    if (head.code == FM_GPU_FLOATS) {
-        return fm_octree_length(fm_vcp_floats(head, leaf, i, 1 / (head.cell * size)));
-    }
-    fm_uint word = words.v[0];
-    for (int k = 1; k < 8; k++) {
-        word = k == i ? words.v[k] : word;
-    }
-    return fm_vcp_radius(word, head.code, FM_OCTREE_REACH);
-}
+#include "octree_sheet_rule.h"
 
 FM_RULE fm_v3 fm_vcp_trilinear(fm_vcp_cell cell, fm_v3 u) {
     fm_v3 sum = fm_v3_of(0, 0, 0);
@@ -55,114 +21,6 @@ FM_RULE fm_v3 fm_vcp_trilinear(fm_vcp_cell cell, fm_v3 u) {
         sum = fm_add(sum, fm_times(cell.v[i], fm_octree_weight(i, u)));
     }
     return sum;
-}
-
-// What a cell's eight vectors say along a ray where they stand on one sheet: at `s` the blend, by the weights of the place there,
-// of value + rate s.
-FM_PUSH_STRUCT(fm_vcp_sheet) {
-    fm_float value[8];
-    fm_float rate[8];
-    fm_int corner;     // whose vector is the longest; below 0: they stand on none or on several
-    fm_float against;  // below 0: that vector goes against the ray, and what is ahead is negative
-};
-
-#define FM_VCP_ALIKE 0.75f  // the cosine to the longest vector that all others have at least, but for the sign, on one sheet
-#define FM_VCP_BENT 0.5f    // what the distances may be off the plane that it stands on, in edges of the cell
-
-// Vectors with the longest one's direction are signed distances d to planes, those against it negative ones. Between corners their
-// linear blend is too large by half of what curvature makes of the weights, and the blend of the distances to the planes, d - n e
-// for a place e off the corner, too small by as much. Their mean, d - n e / 2, is right to the third order, and alike from both
-// sides of a face. Two sheets that face each other from outside of a cell have such vectors, too, yet not one plane's distances.
-FM_RULE fm_vcp_sheet fm_vcp_sheet_of(fm_vcp_cell cell, fm_v3 u, fm_v3 way) {
-    fm_vcp_sheet sheet;
-    fm_v3 longest = cell.v[0];
-    fm_float most = fm_dot(longest, longest);
-    sheet.corner = 0;
-    for (int i = 1; i < 8; i++) {
-        fm_float length2 = fm_dot(cell.v[i], cell.v[i]);
-        if (length2 > most) {
-            most = length2;
-            longest = cell.v[i];
-            sheet.corner = i;
-        }
-    }
-    fm_float least = most > 0 ? 1.0f : 0.0f, bent = 0;
-    longest = fm_unit(longest);
-    sheet.against = fm_dot(longest, way);
-    fm_float plane = FM_SQRT(most) + fm_dot(longest, fm_octree_corner_of(sheet.corner));
-    for (int i = 0; i < 8; i++) {
-        fm_v3 v = cell.v[i], corner = fm_octree_corner_of(i);
-        fm_float length = fm_octree_length(v), alike = fm_dot(v, longest);
-        fm_float scale = length > 0 ? (alike < 0 ? -1.0f : 1.0f) / length : 0.0f;
-        // A corner on the surface has no direction of its own.
-        fm_v3 normal = length > 0 ? fm_times(v, scale) : longest;
-        least = length > 0 ? FM_MIN(least, alike * scale) : least;
-        length = alike < 0 ? -length : length;
-        bent = FM_MAX(bent, FM_SIZE_OF(plane - fm_dot(longest, corner) - length));
-        sheet.value[i] = length - 0.5f * fm_dot(normal, fm_less(u, corner));
-        sheet.rate[i] = -0.5f * fm_dot(normal, way);
-    }
-    if (!(least > FM_VCP_ALIKE && bent < FM_VCP_BENT)) {
-        sheet.corner = -1;
-    }
-    return sheet;
-}
-
-FM_RULE fm_float fm_vcp_between_two(fm_float a, fm_float b, fm_float part) {
-    return a + (b - a) * part;
-}
-
-FM_RULE fm_float fm_vcp_sheet_at(fm_vcp_sheet sheet, fm_v3 u, fm_v3 way, fm_float s) {
-    fm_v3 at = fm_add(u, fm_times(way, s));
-    fm_float side[4];
-    for (int i = 0; i < 4; i++) {
-        side[i] = fm_vcp_between_two(sheet.value[2 * i] + sheet.rate[2 * i] * s, sheet.value[2 * i + 1] + sheet.rate[2 * i + 1] * s,
-                                     at.x);
-    }
-    return fm_vcp_between_two(fm_vcp_between_two(side[0], side[1], at.y), fm_vcp_between_two(side[2], side[3], at.y), at.z);
-}
-
-#define FM_VCP_PIECES 3    // of a ray's stay in a cell, in which a sheet is crossed once
-#define FM_VCP_ROOTS 4     // steps to where
-#define FM_VCP_SEAM 0.25f  // of epsilon
-
-// Where a ray meets a sheet.
-FM_PUSH_STRUCT(fm_vcp_root) {
-    fm_float s;     // below 0: nowhere
-    fm_float last;  // the blend where the ray leaves the cell
-};
-
-// `before`: the blend where the cell before was left, 0 where that was none of a sheet; `slack`: by how much the two may differ.
-FM_RULE fm_vcp_root fm_vcp_on_sheet(fm_vcp_sheet sheet, fm_v3 u, fm_v3 way, fm_float stay, fm_float before, fm_float slack) {
-    fm_float low = 0, high = 0, at_high = fm_vcp_sheet_at(sheet, u, way, 0.0f), at_low = at_high;
-    bool seam = (before == 0 || before * at_high < 0) && FM_MAX(FM_SIZE_OF(before), FM_SIZE_OF(at_high)) < slack;
-    for (int i = 1; i <= FM_VCP_PIECES && at_low * at_high > 0; i++) {
-        low = high;
-        at_low = at_high;
-        high = stay * FM_F(i) * (1.0f / FM_VCP_PIECES);
-        at_high = fm_vcp_sheet_at(sheet, u, way, high);
-    }
-    fm_vcp_root root;
-    root.last = at_high;
-    root.s = seam ? 0.0f : -1.0f;
-    if (seam || at_low * at_high > 0) {
-        return root;
-    }
-    for (int i = 0; i < FM_VCP_ROOTS && at_low != at_high; i++) {
-        fm_float part = at_low / (at_low - at_high), s = low + (high - low) * part, value = fm_vcp_sheet_at(sheet, u, way, s);
-        // The end that stays counts for half of what it is, or it would stay for ever (Illinois).
-        if (value * at_high > 0) {
-            high = s;
-            at_high = value;
-            at_low *= 0.5f;
-        } else {
-            low = s;
-            at_low = value;
-            at_high *= 0.5f;
-        }
-    }
-    root.s = at_low != at_high ? low + (high - low) * (at_low / (at_low - at_high)) : low;
-    return root;
 }
 
 // Where a ray first comes within `epsilon` of a plane of the cell's, from u on and in edges of the cell.
@@ -194,9 +52,8 @@ FM_RULE fm_vcp_near fm_vcp_nearest_plane(fm_vcp_cell cell, fm_v3 u, fm_v3 way, f
 
 // Where the surface is met in a cell.
 FM_PUSH_STRUCT(fm_vcp_found) {
-    fm_float s;     // edges of the cell from where the ray was; below 0: nowhere
-    fm_float end;   // how far the cell was looked at; above the ray's stay in it: to its end
-    fm_float last;  // how far the sheet is ahead where the cell is left, behind where below 0, in edges; 0: that is not known
+    fm_float s;    // edges of the cell from where the ray was; below 0: nowhere
+    fm_float end;  // how far the cell was looked at; above the ray's stay in it: to its end
     fm_int corner;
 };
 
@@ -255,10 +112,25 @@ FM_RULE fm_float fm_vcp_onto_plane(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_int 
 
 #define FM_VCP_TRIES 24
 
-FM_RULE fm_vcp_found fm_vcp_among_planes(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_float stay, fm_float epsilon, fm_float size) {
+// Whether a place may be of the surface: nothing of it is nearer to a corner than that one's vector's end, but for what curvature
+// makes of it.
+#define FM_VCP_DEEP 0.15f
+
+FM_RULE bool fm_vcp_is_free(fm_vcp_cell cell, fm_v3 u) {
+    fm_float deepest = 0;
+    for (int i = 0; i < 8; i++) {
+        fm_float deep = fm_octree_length(cell.v[i]) - fm_octree_length(fm_less(u, fm_octree_corner_of(i)));
+        deepest = FM_MAX(deepest, deep);
+    }
+    return deepest < FM_VCP_DEEP;
+}
+
+// `stay` and `epsilon` in edges of the cell, whose edge is `size` finest ones. `several`: the vectors stand on parallel sheets,
+// both sides of a thin wall, between which their blend is nowhere short; the planes themselves are the surface then.
+FM_RULE fm_vcp_found fm_vcp_among_planes(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_float stay, fm_float epsilon, fm_float size,
+                                         bool several) {
     fm_vcp_found found;
     found.s = -1;
-    found.last = 0;
     found.corner = 0;
     fm_float s = 0;
     for (int i = 0; i < FM_VCP_TRIES; i++) {
@@ -273,7 +145,7 @@ FM_RULE fm_vcp_found fm_vcp_among_planes(fm_vcp_cell cell, fm_v3 u, fm_v3 way, f
         if (length > epsilon && length <= epsilon + FM_VCP_EDGE / size) {
             slack = fm_vcp_slack(cell, at, way, plane.corner) / size;
         }
-        if (length <= epsilon + slack) {
+        if (length <= epsilon + slack || (several && fm_vcp_is_free(cell, at))) {
             // Published hits are where the length is epsilon. From there the plane leads onto the surface.
             fm_float onto =
                 length <= epsilon ? fm_vcp_onto(v, way, epsilon) : fm_vcp_onto_plane(cell, at, way, plane.corner, epsilon);
@@ -281,26 +153,9 @@ FM_RULE fm_vcp_found fm_vcp_among_planes(fm_vcp_cell cell, fm_v3 u, fm_v3 way, f
             break;
         }
         // The length is a step, yet of vectors that are not exact half of one loses fewer edges.
-        s += FM_MAX(length * 0.5f, 0.02f);
+        s += FM_MAX(length * 0.5f, FM_MIN(epsilon, 0.02f));
     }
     found.end = s;
-    return found;
-}
-
-// `stay`, `epsilon` and `before`, what the cell before said last, in edges of the cell, whose edge is `size` finest ones.
-FM_RULE fm_vcp_found fm_vcp_in_cell(fm_vcp_cell cell, fm_v3 u, fm_v3 way, fm_float stay, fm_float epsilon, fm_float size,
-                                    fm_float before) {
-    fm_vcp_sheet sheet = fm_vcp_sheet_of(cell, u, way);
-    if (sheet.corner < 0) {
-        return fm_vcp_among_planes(cell, u, way, stay, epsilon, size);
-    }
-    fm_float turned = sheet.against < 0 ? -1.0f : 1.0f;
-    fm_vcp_root root = fm_vcp_on_sheet(sheet, u, way, stay, before * turned, FM_VCP_SEAM * epsilon);
-    fm_vcp_found found;
-    found.s = root.s;
-    found.end = FM_INFINITY_F;
-    found.last = root.last * turned;
-    found.corner = sheet.corner;
     return found;
 }
 
@@ -342,9 +197,58 @@ FM_RULE fm_vcp_way fm_vcp_go(fm_octree_head head, fm_octree_ray ray, fm_vcp_way 
     return go;
 }
 
-// Two loops, so that the rays of a group that runs in step look at their cells together.
+// What is known where a ray has met the surface; in edges of the cell from where it was looked at.
+FM_PUSH_STRUCT(fm_vcp_end) {
+    fm_float s;          // below 0: nothing was met, or a sheet in `piece`
+    fm_vcp_piece piece;  // of `line`
+    fm_vcp_line line;
+    fm_int corner;
+};
+
+FM_RULE fm_vcp_end fm_vcp_no_end(void) {
+    fm_vcp_end end;
+    end.s = -1;
+    end.corner = 0;
+    end.piece = fm_vcp_no_piece();
+    for (int i = 0; i < 5; i++) {
+        end.line.c[i] = 0;
+    }
+    return end;
+}
+
+#define FM_VCP_SIDE 0.02f  // edges from a sheet from which on the side of it is sure
+
+// A sheet's normal towards the side that the ray came from, where that is known. What is met a little behind the horizon, as
+// interpolation has it, is seen from the side.
+FM_RULE fm_v3 fm_vcp_towards(fm_v3 normal, fm_v3 way, fm_float before) {
+    if (FM_SIZE_OF(before) < FM_VCP_SIDE) {
+        return normal;
+    }
+    fm_v3 own = fm_times(normal, before > 0 ? -1.0f : 1.0f);
+    fm_float along = fm_dot(own, way);
+    return along > 0 && along < 0.9f ? fm_unit(fm_less(own, fm_times(way, along))) : own;
+}
+
+FM_RULE fm_octree_met fm_vcp_meet(fm_octree_head head, fm_octree_ray ray, fm_vcp_way go, fm_vcp_end end) {
+    fm_float size = FM_F(1 << go.spot.level);
+    fm_v3 u = fm_times(fm_less(fm_add(ray.from, fm_times(ray.way, go.t)), fm_octree_corner(go.spot)), 1 / size), normal;
+    fm_uint leaf = fm_octree_leaf_of(go.spot);
+    fm_float s = end.s >= 0 ? end.s : fm_vcp_root(end.line, end.piece);
+    u = fm_add(u, fm_times(ray.way, s));
+    if (end.s >= 0) {
+        normal = fm_unit(fm_vcp_mean(fm_vcp_cell_of(head, go.words, leaf, size), u, ray.way, end.corner));
+    } else {
+        normal = fm_vcp_towards(fm_vcp_sheet_normal(head, go.words, leaf, size, end.corner, u), ray.way, end.piece.at_low);
+    }
+    fm_octree_met met = fm_octree_meet(head, ray, go.t + s * size, normal, go.spot.level);
+    met.mark = fm_octree_attribute_at(head, leaf, u);
+    return met;
+}
+
+#define FM_VCP_TRUST 0.25f  // how far a sheet's blend may be off the distance to it, in edges of the cell: none was seen as far
+
+// Two loops, so that the rays of a group that runs in step look at their cells together, and what comes of it once all know.
 FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray, fm_float epsilon) {
-    fm_octree_met met = fm_octree_nothing();
     fm_vcp_way go;
     go.spot = fm_octree_nowhere();
     for (int k = 0; k < 8; k++) {
@@ -354,30 +258,45 @@ FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray
     go.stay = 0;
     go.steps = 0;
     go.leaves = 0u;
-    fm_float last = 0, left = -1;
+    fm_vcp_end end = fm_vcp_no_end();
+    // How far a sheet is ahead where its cell was left, behind where below 0; 0: there was none.
+    fm_float last = 0;
     for (int i = 0; i < FM_CAST_STEPS; i++) {
         go = fm_vcp_go(head, ray, go, epsilon);
         if (!(go.t <= ray.far)) {
             break;
         }
         fm_float size = FM_F(1 << go.spot.level), inverse = 1 / size;
-        fm_v3 place = fm_add(ray.from, fm_times(ray.way, go.t));
-        fm_v3 u = fm_times(fm_less(place, fm_octree_corner(go.spot)), inverse);
+        // Not beyond the ray's end, which may be in this cell.
+        fm_float left = ray.far - go.t + ray.nudge, stay = FM_MIN(go.stay, left) * inverse;
+        fm_v3 u = fm_times(fm_less(fm_add(ray.from, fm_times(ray.way, go.t)), fm_octree_corner(go.spot)), inverse);
         fm_uint leaf = fm_octree_leaf_of(go.spot);
-        fm_vcp_cell cell = fm_vcp_cell_of(head, go.words, leaf, size);
-        fm_float before = go.t - left < 2 * ray.nudge ? last * inverse : 0.0f;
-        fm_vcp_found found = fm_vcp_in_cell(cell, u, ray.way, go.stay * inverse, epsilon * inverse, size, before);
-        if (found.s >= 0) {
-            u = fm_add(u, fm_times(ray.way, found.s));
-            met = fm_octree_meet(head, ray, go.t + found.s * size, fm_unit(fm_vcp_mean(cell, u, ray.way, found.corner)),
-                                 go.spot.level);
-            met.mark = fm_octree_attribute_at(head, leaf, u);
+        fm_vcp_sheet sheet = fm_vcp_sheet_in(head, go.words, leaf, size, u, ray.way);
+        end.corner = sheet.corner;
+        fm_float on = go.stay + ray.nudge;
+        if (sheet.corner >= 0) {
+            fm_float turned = sheet.against < 0 ? -1.0f : 1.0f, slack = FM_VCP_SEAM * epsilon * inverse;
+            end.line = fm_vcp_line_of(sheet, u, ray.way);
+            end.piece = fm_vcp_piece_of(end.line, stay, turned * last * inverse, slack, left <= on ? slack : 0.0f);
+            last = turned * end.piece.at_high * size;
+            on = go.stay + FM_MAX(ray.nudge, FM_SIZE_OF(last) - FM_VCP_TRUST * size);
+        } else {
+            fm_vcp_found found = fm_vcp_among_planes(fm_vcp_cell_of(head, go.words, leaf, size), u, ray.way, stay,
+                                                     epsilon * inverse, size, sheet.corner == FM_VCP_SHEETS);
+            end.s = found.s;
+            end.corner = found.corner;
+            last = 0;
+            on = found.end > stay ? on : found.end * size;
+        }
+        if (end.s >= 0 || end.piece.met == 1) {
             break;
         }
-        last = found.last * size;
-        left = go.t + go.stay;
-        go.t += found.end * size > go.stay ? go.stay + ray.nudge : found.end * size;
+        go.t += on;
         go.steps++;
+    }
+    fm_octree_met met = fm_octree_nothing();
+    if (end.s >= 0 || end.piece.met == 1) {
+        met = fm_vcp_meet(head, ray, go, end);
     }
     met.reads = go.spot.reads + go.leaves;
     return met;

@@ -124,7 +124,8 @@ FM_RULE fm_octree_met fm_distance_by_cells(fm_octree_head head, fm_octree_ray ra
         // Which side of the surface the ray is on is known when it first comes near.
         side = side != 0 ? side : (fm_cell_value(cell) < 0 ? -1.0f : 1.0f);
         cell = fm_distance_turned(cell, side);
-        fm_float stay = fm_octree_stay(ray, place, corner, size) * inverse;
+        // Not beyond the ray's end, which may be in this cell.
+        fm_float stay = FM_MIN(fm_octree_stay(ray, place, corner, size), ray.far - t + ray.nudge) * inverse;
         if (fm_distance_least(cell) <= 0) {
             fm_float s = fm_cubic_first(fm_cell_cubic(cell, ray.way), stay);
             if (s >= 0) {

@@ -84,15 +84,19 @@ FM_RULE fm_float fm_vcp_radius(fm_uint word, fm_int code, fm_float unit) {
     return root * root * unit;
 }
 
-FM_RULE fm_v3 fm_vcp_decode(fm_uint word, fm_int code, fm_float unit) {
-    const fm_float radius = fm_vcp_radius(word, code, unit);
+// Its direction, of length 1.
+FM_RULE fm_v3 fm_vcp_direction(fm_uint word, fm_int code) {
     if (code == FM_GPU_OCTAHEDRAL) {
-        return fm_times(fm_vcp_octahedral(word >> 10 & 2047u, word >> 21), radius);
+        return fm_vcp_octahedral(word >> 10 & 2047u, word >> 21);
     }
     const fm_float theta = FM_F(word >> 13 & 511u) * (2 * FM_VCP_HALF_PI / 511) - FM_VCP_HALF_PI;
     const fm_float phi = FM_F(word >> 22) * (FM_VCP_TWO_PI / 1023);
     const fm_float around = FM_COS(theta);
-    return fm_times(fm_v3_of(around * FM_COS(phi), around * FM_SIN(phi), FM_SIN(theta)), radius);
+    return fm_v3_of(around * FM_COS(phi), around * FM_SIN(phi), FM_SIN(theta));
+}
+
+FM_RULE fm_v3 fm_vcp_decode(fm_uint word, fm_int code, fm_float unit) {
+    return fm_times(fm_vcp_direction(word, code), fm_vcp_radius(word, code, unit));
 }
 
 // Between the vectors of a cell's eight corners (x + 2 y + 4 z), in edges of the cell, at a place in it from 0 to 1: the longer of
