@@ -44,6 +44,10 @@ static void builds(fm_context *context, fm_mesh *mesh) {
         {.size = 96, .method = FM_OCTREE_GROWN},
         {.kind = FM_OCTREE_DISTANCE, .size = 96, .sign = FM_SIGN_WINDING},
         {.kind = FM_OCTREE_BRICKS, .size = 96},
+        {.kind = FM_OCTREE_VOXELS, .size = 200},
+        {.kind = FM_OCTREE_CONTOURS, .size = 200},
+        {.kind = FM_OCTREE_DAG, .size = 200},
+        {.kind = FM_OCTREE_TREE64, .size = 200},
     };
     for (size_t i = 0; i < sizeof descs / sizeof *descs; i++) {
         fm_octree *octree = NULL;

@@ -386,9 +386,9 @@ static fm_result take_arrays(fm_gpu_build *b) {
 // the world are so here.
 static fm_result make_mesh(fm_gpu_build *b, const fm_mesh *mesh) {
     const fm_octree_info *info = &b->octree->info;
-    const fm_allocator *allocator = &mesh->context->allocator;
+    fm_context *context = mesh->context;
     const uint64_t bytes = fm_max_u64(1, mesh->vertex_count) * sizeof *mesh->vertices;
-    float(*vertices)[3] = fm_alloc(allocator, bytes, "vertices in cells");
+    float(*vertices)[3] = fm_octree_alloc(context, bytes, "vertices in cells");
     if (!vertices) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -403,7 +403,7 @@ static fm_result make_mesh(fm_gpu_build *b, const fm_mesh *mesh) {
                                .vertex_count = mesh->vertex_count,
                                .triangle_count = mesh->triangle_count};
     const fm_result result = fm_mesh_create(mesh->context, &desc, &b->mesh);
-    fm_free(allocator, vertices, bytes);
+    fm_octree_free(context, vertices, bytes);
     return result;
 }
 

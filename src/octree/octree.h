@@ -59,7 +59,7 @@ fm_result fm_octree_new(fm_context *context, const fm_octree_desc *desc, const d
 // Sets how many bytes an element of each array has, which kind and code decide.
 void fm_octree_size_arrays(fm_octree *octree);
 // Memory that counts as the context's for octrees (FM_PURPOSE_OCTREES): what builds, files and streams of them need besides their
-// arrays. As fm_alloc and fm_free; one thread at a time.
+// arrays. As fm_alloc and fm_free; any thread may call them.
 void *fm_octree_alloc(fm_context *context, uint64_t bytes, const char *what);
 void *fm_octree_alloc_zero(fm_context *context, uint64_t bytes, const char *what);
 void fm_octree_free(fm_context *context, void *memory, uint64_t bytes);

@@ -9,13 +9,13 @@
 enum { PATCH_LEVEL = 4, DENSE_PATCH_LEVEL = 3 };
 
 fm_result fm_voxel_feed_open(fm_context *context, fm_voxel_feed *feed) {
-    feed->tile = fm_alloc(&context->allocator, 2ull * FM_TILE_VOXELS * sizeof *feed->tile, "voxels of an octree");
+    feed->tile = fm_octree_alloc(context, 2ull * FM_TILE_VOXELS * sizeof *feed->tile, "voxels of an octree");
     feed->part = feed->tile ? feed->tile + FM_TILE_VOXELS : NULL;
     return feed->tile ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
 }
 
 void fm_voxel_feed_close(fm_context *context, fm_voxel_feed *feed) {
-    fm_free(&context->allocator, feed->tile, 2ull * FM_TILE_VOXELS * sizeof *feed->tile);
+    fm_octree_free(context, feed->tile, 2ull * FM_TILE_VOXELS * sizeof *feed->tile);
     feed->tile = feed->part = NULL;
 }
 

@@ -195,11 +195,11 @@ static fm_result begin_copy(fm_voxel_crew *crew, tile *from) {
     if (!crew->trees->kind->shared) {
         return FM_OK;
     }
-    const fm_allocator *allocator = &crew->trees->octree->context->allocator;
+    fm_context *context = crew->trees->octree->context;
     const uint64_t count = from->octree.words.count;
     if (count > from->known_room) {
-        fm_free(allocator, from->known, from->known_room * sizeof *from->known);
-        from->known = fm_alloc(allocator, count * sizeof *from->known, "a copy of an octree");
+        fm_octree_free(context, from->known, from->known_room * sizeof *from->known);
+        from->known = fm_octree_alloc(context, count * sizeof *from->known, "a copy of an octree");
         from->known_room = from->known ? count : 0;
     }
     if (!from->known) {
@@ -239,26 +239,26 @@ static bool make_tile(const fm_voxel_crew *crew, tile *made) {
     made->trees.octree = &made->octree;
     made->trees.kind = crew->trees->kind;
     if (!crew->concurrent) {
-        made->own = fm_alloc(&model->context->allocator, own_bytes(crew), "voxels of an octree");
+        made->own = fm_octree_alloc(model->context, own_bytes(crew), "voxels of an octree");
     }
     return crew->concurrent || made->own;
 }
 
 static void free_tile(const fm_voxel_crew *crew, tile *made) {
-    const fm_allocator *allocator = &crew->trees->octree->context->allocator;
+    fm_context *context = crew->trees->octree->context;
     if (made->octree.context) {
         fm_octree_array_free(&made->octree, &made->octree.words);
         fm_octree_array_free(&made->octree, &made->octree.values);
     }
-    fm_free(allocator, made->trees.nodes, made->trees.node_room * sizeof *made->trees.nodes);
-    fm_free(allocator, made->known, made->known_room * sizeof *made->known);
-    fm_free(allocator, made->own, own_bytes(crew));
+    fm_octree_free(context, made->trees.nodes, made->trees.node_room * sizeof *made->trees.nodes);
+    fm_octree_free(context, made->known, made->known_room * sizeof *made->known);
+    fm_octree_free(context, made->own, own_bytes(crew));
 }
 
 static fm_result fill_crew(fm_voxel_crew *crew) {
     fm_context *context = crew->trees->octree->context;
-    crew->feeds = fm_alloc_zero(&context->allocator, crew->workers * sizeof *crew->feeds, "threads of an octree");
-    crew->tiles = fm_alloc_zero(&context->allocator, crew->room * sizeof *crew->tiles, "tiles of an octree");
+    crew->feeds = fm_octree_alloc_zero(context, crew->workers * sizeof *crew->feeds, "threads of an octree");
+    crew->tiles = fm_octree_alloc_zero(context, crew->room * sizeof *crew->tiles, "tiles of an octree");
     if (!crew->feeds || !crew->tiles) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -295,7 +295,7 @@ fm_result fm_voxel_crew_open(fm_voxel_trees *trees, fm_voxel_feed *feed) {
     }
     model.concurrent = feed->dense || feed->users || feed->source->concurrent;
     model.room = (uint32_t)fm_min_u64(fm_min_u64(MOST_TILES, (uint64_t)workers * TILES_EACH), tiles);
-    feed->crew = fm_alloc(&octree->context->allocator, sizeof model, "threads of an octree");
+    feed->crew = fm_octree_alloc(octree->context, sizeof model, "threads of an octree");
     if (!feed->crew) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -313,15 +313,14 @@ void fm_voxel_crew_close(fm_voxel_feed *feed) {
         return;
     }
     fm_context *context = crew->trees->octree->context;
-    const fm_allocator *allocator = &context->allocator;
     for (uint32_t i = 0; i < crew->room && crew->tiles; i++) {
         free_tile(crew, &crew->tiles[i]);
     }
     for (uint32_t i = 0; i < crew->workers && crew->feeds; i++) {
         fm_voxel_feed_close(context, &crew->feeds[i]);
     }
-    fm_free(allocator, crew->tiles, crew->room * sizeof *crew->tiles);
-    fm_free(allocator, crew->feeds, crew->workers * sizeof *crew->feeds);
-    fm_free(allocator, crew, sizeof *crew);
+    fm_octree_free(context, crew->tiles, crew->room * sizeof *crew->tiles);
+    fm_octree_free(context, crew->feeds, crew->workers * sizeof *crew->feeds);
+    fm_octree_free(context, crew, sizeof *crew);
     feed->crew = NULL;
 }

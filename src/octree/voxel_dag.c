@@ -40,9 +40,9 @@ static uint64_t slot_of(const fm_voxel_trees *trees, uint32_t hash, const uint32
 }
 
 static fm_result grow(fm_voxel_trees *trees) {
-    const fm_allocator *allocator = &trees->octree->context->allocator;
+    fm_context *context = trees->octree->context;
     const uint64_t old_room = trees->node_room, room = old_room > 0 ? 2 * old_room : FIRST_ROOM;
-    fm_voxel_known *old = trees->nodes, *nodes = fm_alloc_zero(allocator, room * sizeof *nodes, "the nodes of an octree");
+    fm_voxel_known *old = trees->nodes, *nodes = fm_octree_alloc_zero(context, room * sizeof *nodes, "the nodes of an octree");
     if (!nodes) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -53,7 +53,7 @@ static fm_result grow(fm_voxel_trees *trees) {
         }
         nodes[slot] = old[i].word != 0 ? old[i] : nodes[slot];
     }
-    fm_free(allocator, old, old_room * sizeof *old);
+    fm_octree_free(context, old, old_room * sizeof *old);
     trees->nodes = nodes;
     trees->node_room = room;
     return FM_OK;

@@ -92,8 +92,8 @@ static void each_cube(surface *own, fm_touch_fn fn) {
 }
 
 static fm_result sort_triangles(surface *own) {
-    const fm_allocator *allocator = &own->mesh->context->allocator;
-    own->first = fm_alloc_zero(allocator, (own->count + 1) * sizeof *own->first, "triangles of an octree");
+    fm_context *context = own->mesh->context;
+    own->first = fm_octree_alloc_zero(context, (own->count + 1) * sizeof *own->first, "triangles of an octree");
     if (!own->first) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -101,7 +101,7 @@ static fm_result sort_triangles(surface *own) {
     for (uint64_t i = 0; i < own->count; i++) {
         own->first[i + 1] += own->first[i];
     }
-    own->sorted = fm_alloc(allocator, own->first[own->count] * sizeof *own->sorted, "triangles of an octree");
+    own->sorted = fm_octree_alloc(context, own->first[own->count] * sizeof *own->sorted, "triangles of an octree");
     if (!own->sorted) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -187,9 +187,9 @@ static uint32_t number_of(const surface *own, uint32_t triangle, const uint32_t 
 
 static void keep_link(reader *own, uint64_t voxel) {
     if (own->link_count == own->link_room) {
-        const fm_allocator *allocator = &own->of->mesh->context->allocator;
+        fm_context *context = own->of->mesh->context;
         const uint64_t room = own->link_room > 0 ? 2 * own->link_room : 1 << 14;
-        fm_voxel_link *links = fm_alloc(allocator, room * sizeof *links, "contours of an octree");
+        fm_voxel_link *links = fm_octree_alloc(context, room * sizeof *links, "contours of an octree");
         if (!links) {
             own->failed = true;
             return;
@@ -197,7 +197,7 @@ static void keep_link(reader *own, uint64_t voxel) {
         if (own->link_count > 0) {
             memcpy(links, own->links, own->link_count * sizeof *links);
         }
-        fm_free(allocator, own->links, own->link_room * sizeof *links);
+        fm_octree_free(context, own->links, own->link_room * sizeof *links);
         own->links = links;
         own->link_room = room;
     }
@@ -296,9 +296,9 @@ static fm_result prepare(surface *own, const double low[3], const double high[3]
 }
 
 static void release(surface *own) {
-    const fm_allocator *allocator = &own->mesh->context->allocator;
-    fm_free(allocator, own->sorted, own->first ? own->first[own->count] * sizeof *own->sorted : 0);
-    fm_free(allocator, own->first, (own->count + 1) * sizeof *own->first);
+    fm_context *context = own->mesh->context;
+    fm_octree_free(context, own->sorted, own->first ? own->first[own->count] * sizeof *own->sorted : 0);
+    fm_octree_free(context, own->first, (own->count + 1) * sizeof *own->first);
 }
 
 // One for each worker.
@@ -311,8 +311,8 @@ typedef struct readers {
 static fm_result open_readers(const surface *own, readers *made) {
     fm_context *context = own->mesh->context;
     made->count = fm_pool_threads(context->pool);
-    made->all = fm_alloc_zero(&context->allocator, made->count * sizeof *made->all, "threads of an octree");
-    made->users = fm_alloc(&context->allocator, made->count * sizeof *made->users, "threads of an octree");
+    made->all = fm_octree_alloc_zero(context, made->count * sizeof *made->all, "threads of an octree");
+    made->users = fm_octree_alloc(context, made->count * sizeof *made->users, "threads of an octree");
     if (!made->all || !made->users) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -321,7 +321,7 @@ static fm_result open_readers(const surface *own, readers *made) {
         one->of = own;
         made->users[i] = one;
         if (own->contours) {
-            one->heads = fm_alloc(&context->allocator, FM_TILE_VOXELS * sizeof *one->heads, "contours of an octree");
+            one->heads = fm_octree_alloc(context, FM_TILE_VOXELS * sizeof *one->heads, "contours of an octree");
             FM_TRY(one->heads ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY);
         }
     }
@@ -329,13 +329,13 @@ static fm_result open_readers(const surface *own, readers *made) {
 }
 
 static void close_readers(const surface *own, readers *made) {
-    const fm_allocator *allocator = &own->mesh->context->allocator;
+    fm_context *context = own->mesh->context;
     for (uint32_t i = 0; made->all && i < made->count; i++) {
-        fm_free(allocator, made->all[i].links, made->all[i].link_room * sizeof *made->all[i].links);
-        fm_free(allocator, made->all[i].heads, FM_TILE_VOXELS * sizeof *made->all[i].heads);
+        fm_octree_free(context, made->all[i].links, made->all[i].link_room * sizeof *made->all[i].links);
+        fm_octree_free(context, made->all[i].heads, FM_TILE_VOXELS * sizeof *made->all[i].heads);
     }
-    fm_free(allocator, made->users, made->count * sizeof *made->users);
-    fm_free(allocator, made->all, made->count * sizeof *made->all);
+    fm_octree_free(context, made->users, made->count * sizeof *made->users);
+    fm_octree_free(context, made->all, made->count * sizeof *made->all);
 }
 
 fm_result fm_octree_voxels_from_mesh(fm_mesh *mesh, const fm_octree_desc *desc, const double low[3], const double high[3],

@@ -67,12 +67,12 @@ static fm_box choose(const slabs *own, const fm_box *box, bool *patch) {
 static fm_result load(slabs *own, const fm_box *box) {
     bool patch;
     const fm_box wanted = choose(own, box, &patch);
-    const fm_allocator *allocator = &own->context->allocator;
+    fm_context *context = own->context;
     const uint64_t bytes = voxels_in(&wanted) * sizeof *own->voxels;
     own->box = (fm_box){{0}, {0}};
     if (bytes > own->room) {
-        fm_free(allocator, own->voxels, own->room);
-        own->voxels = fm_alloc(allocator, bytes, "voxels of a world");
+        fm_octree_free(context, own->voxels, own->room);
+        own->voxels = fm_octree_alloc(context, bytes, "voxels of a world");
         own->room = own->voxels ? bytes : 0;
     }
     if (!own->voxels) {
@@ -115,7 +115,7 @@ static void open_feed(fm_world *world, slabs *own, fm_voxel_source *source, fm_v
 }
 
 static void close_feed(slabs *own) {
-    fm_free(&own->context->allocator, own->voxels, own->room);
+    fm_octree_free(own->context, own->voxels, own->room);
 }
 
 fm_result fm_octree_build_world(fm_world *world, const fm_octree_desc *desc, fm_octree **octree) {

@@ -53,10 +53,10 @@ static uint64_t elements(const fm_octree *octree) {
     return octree->words.count + octree->values.count + octree->attributes.count + octree->extra.count;
 }
 
-static void free_trees(const fm_context *context, fm_voxel_trees *trees) {
+static void free_trees(fm_context *context, fm_voxel_trees *trees) {
     if (trees) {
-        fm_free(&context->allocator, trees->nodes, trees->node_room * sizeof *trees->nodes);
-        fm_free(&context->allocator, trees, sizeof *trees);
+        fm_octree_free(context, trees->nodes, trees->node_room * sizeof *trees->nodes);
+        fm_octree_free(context, trees, sizeof *trees);
     }
 }
 
@@ -66,7 +66,7 @@ static void forget(fm_octree *octree) {
 }
 
 static fm_result new_trees(fm_octree *octree, fm_voxel_trees **result) {
-    fm_voxel_trees *trees = fm_alloc_zero(&octree->context->allocator, sizeof *trees, "an octree's updates");
+    fm_voxel_trees *trees = fm_octree_alloc_zero(octree->context, sizeof *trees, "an octree's updates");
     if (!trees) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -133,11 +133,11 @@ static fm_result compact(fm_octree *octree) {
     FM_TRY(new_trees(&fresh, &work.to));
     fm_result result = FM_OK;
     if (trees->kind->shared) {
-        work.known = fm_alloc_zero(&context->allocator, words * sizeof *work.known, "a copy of an octree");
+        work.known = fm_octree_alloc_zero(context, words * sizeof *work.known, "a copy of an octree");
         result = work.known ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
     }
     result = result == FM_OK ? copy_all(&work) : result;
-    fm_free(&context->allocator, work.known, words * sizeof *work.known);
+    fm_octree_free(context, work.known, words * sizeof *work.known);
     if (result != FM_OK) {
         free_trees(context, work.to);
         free_arrays(&fresh);
@@ -380,15 +380,15 @@ static void commit(fm_octree *octree, const mark *before, const top_change *chan
 }
 
 static fm_result update_boxes(fm_octree *octree, fm_voxel_feed *feed, const fm_box *boxes, uint32_t count) {
-    const fm_allocator *allocator = &octree->context->allocator;
+    fm_context *context = octree->context;
     const uint64_t seen_bytes = fm_div_up(fm_voxel_tops(octree), 8);
     const uint64_t most = fm_min_u64(most_tops(octree, boxes, count), fm_voxel_tops(octree));
     fm_voxel_trees *trees;
     FM_TRY(trees_of(octree, &trees));
     const mark before = mark_of(octree);
     uint64_t changed = 0;
-    uint8_t *seen = fm_alloc_zero(allocator, seen_bytes, "an octree's update");
-    top_change *changes = fm_alloc(allocator, most * sizeof *changes, "an octree's update");
+    uint8_t *seen = fm_octree_alloc_zero(context, seen_bytes, "an octree's update");
+    top_change *changes = fm_octree_alloc(context, most * sizeof *changes, "an octree's update");
     fm_result result = seen && changes ? FM_OK : FM_ERROR_OUT_OF_HOST_MEMORY;
     // Words of a mapped file are not to be written to: room for one more makes them the octree's own.
     if (result == FM_OK && octree->words.room == 0 && !fm_octree_reserve(octree, &octree->words, 1)) {
@@ -400,8 +400,8 @@ static fm_result update_boxes(fm_octree *octree, fm_voxel_feed *feed, const fm_b
     } else {
         commit(octree, &before, changes, changed);
     }
-    fm_free(allocator, seen, seen_bytes);
-    fm_free(allocator, changes, most * sizeof *changes);
+    fm_octree_free(context, seen, seen_bytes);
+    fm_octree_free(context, changes, most * sizeof *changes);
     return result;
 }
 
@@ -437,7 +437,7 @@ fm_result fm_voxel_update_fed(fm_octree *octree, fm_voxel_feed *feed, const fm_b
     const uint64_t begin = fm_now_ns();
     FM_TRY(check_update(octree, feed, boxes, count));
     fm_context *context = octree->context;
-    fm_box *cut = fm_alloc(&context->allocator, (uint64_t)count * sizeof *cut, "an octree's update");
+    fm_box *cut = fm_octree_alloc(context, (uint64_t)count * sizeof *cut, "an octree's update");
     if (!cut) {
         return FM_ERROR_OUT_OF_HOST_MEMORY;
     }
@@ -450,7 +450,7 @@ fm_result fm_voxel_update_fed(fm_octree *octree, fm_voxel_feed *feed, const fm_b
         result = update_boxes(octree, feed, cut, left);
     }
     fm_voxel_feed_close(context, feed);
-    fm_free(&context->allocator, cut, (uint64_t)count * sizeof *cut);
+    fm_octree_free(context, cut, (uint64_t)count * sizeof *cut);
     octree->info.build_ms = result == FM_OK ? (double)(fm_now_ns() - begin) * 1e-6 : octree->info.build_ms;
     return result;
 }
