@@ -123,7 +123,8 @@ FM_API void fm_octree_describe(const fm_octree *octree, fm_octree_info *info);  
 // their number is 182, a grey of worlds, that of a triangle there and 1 (FM_OCTREE_TRIANGLE), or its colour, red in the lowest bits
 // (FM_OCTREE_COLOR). `desc` NULL: the defaults. Members that are said to be of other kinds are of no effect. A mesh without a
 // triangle makes an octree that no ray meets. On Vulkan the device builds FM_OCTREE_CLOSEST by FM_OCTREE_EXACT, without attributes
-// or with triangles, as far as half of its memory goes; the processor builds all others. Its octree is the processor's but where
+// or with triangles, of bands from 1 on, as far as half of its memory goes; the processor builds all others. Its octree is the
+// processor's but where
 // rounding decides: which of two places that are equally far is nearest, and deviations at the threshold. Bounds of empty leaves
 // may differ, too, and `code_error` is that of a sample where there are many vectors. Errors: FM_ERROR_INVALID_ARGUMENT for NULL,
 // sizes and enumerators out of range, a box without volume, with a face beyond 2^61 or of cells below 2^-60, whose floats overflow

@@ -87,8 +87,7 @@ static void set_cell(const merge_job *job, uint32_t x, uint32_t y, uint32_t z) {
     const uint64_t i = fm_node_at(nodes->shape, x, y, z);
     const float nearest = nearest_corner(field, x, y, z);
     const bool beyond = outside(job, 0, x, y, z);
-    const bool empty =
-        beyond || (fm_octree_is_thin(job->build) ? !passed(job, x, y, z) : nearest > job->build->desc->band);
+    const bool empty = beyond || (fm_octree_is_thin(job->build) ? !passed(job, x, y, z) : nearest > job->build->desc->band);
     nodes->states[i] = empty ? FM_NODE_IS_EMPTY : FM_NODE_IS_LEAF;
     nodes->words[i] = float_bits(beyond ? INFINITY : bound_by_corners(job, 0, nearest));
 }
@@ -223,8 +222,7 @@ static bool may_merge(const merge_job *job, int level, uint32_t x, uint32_t y, u
         // Where there is no sheet a ray must come within epsilon of the vectors' surface.
         vectors.threshold = fminf(job->threshold, MOST_OFF);
     }
-    return children_agree(&vectors, &set, level, x, y, z, leaves) &&
-           (level == 1 || surface_stays(&vectors, &set, level, x, y, z));
+    return children_agree(&vectors, &set, level, x, y, z, leaves) && (level == 1 || surface_stays(&vectors, &set, level, x, y, z));
 }
 
 static void set_node(const merge_job *job, int level, uint32_t x, uint32_t y, uint32_t z) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Thin octrees of vectors: whether a coarser leaf gives rays the surface that is there. Ours. The places nearest to the finest grid's corners
-// are places of the surface, so that what a leaf says of the surface is held against them, wherever in it they are; and what it
-// says of the corners themselves keeps it from having a surface where there is none.
+// Thin octrees of vectors: whether a coarser leaf gives rays the surface that is there. Ours. The places nearest to the finest
+// grid's corners are places of the surface, so that what a leaf says of the surface is held against them, wherever in it they are;
+// and what it says of the corners themselves keeps it from having a surface where there is none.
 
 #include "octree/build.h"
 #include "shaders/include/octree_closest_rule.h"
