@@ -34,11 +34,12 @@ extern const char *const bench_octree_match_words[];  // "memory", "time", "surf
 typedef struct bench_octree_way {
     const char *name;
     fm_octree_kind kind;
-    float epsilon;    // as fm_octree_cast
-    float threshold;  // as fm_octree_desc
-    float band;       // likewise; 0: the plan's
-    bool field;       // no octree: the dense field of a world
-    bool worlds;      // made from worlds, too
+    float epsilon;        // as fm_octree_cast
+    fm_octree_code code;  // as fm_octree_desc; 0: the plan's
+    float threshold;      // likewise
+    float band;           // likewise
+    bool field;           // no octree: the dense field of a world
+    bool worlds;          // made from worlds, too
 } bench_octree_way;
 
 // Number `i`, or NULL past the last one. The first is "closest".

@@ -18,21 +18,23 @@ static const double most_off = 3.5, most_wrong = 0.01;
 const char *const bench_octree_mode_words[] = {"picture", "memory", "error", "update", "scale", "share", "code", NULL};
 const char *const bench_octree_match_words[] = {"memory", "time", "surface", "image", NULL};
 
-static const bench_octree_way ways[] = {{.name = "closest", .kind = FM_OCTREE_CLOSEST},
-                                        {.name = "closest-sampled", .kind = FM_OCTREE_CLOSEST, .epsilon = -0.1f},
-                                        {.name = "closest-thin", .kind = FM_OCTREE_CLOSEST, .band = 1},
-                                        {.name = "distance", .kind = FM_OCTREE_DISTANCE},
-                                        {.name = "distance-sampled", .kind = FM_OCTREE_DISTANCE, .epsilon = -0.1f},
-                                        {.name = "voxels", .kind = FM_OCTREE_VOXELS, .worlds = true},
-                                        {.name = "svo", .kind = FM_OCTREE_CONTOURS, .worlds = true},
-                                        {.name = "svo-cubes", .kind = FM_OCTREE_CONTOURS, .threshold = -1},
-                                        {.name = "dag", .kind = FM_OCTREE_DAG, .worlds = true},
-                                        {.name = "tree64", .kind = FM_OCTREE_TREE64, .worlds = true},
-                                        {.name = "bricks", .kind = FM_OCTREE_BRICKS},
-                                        {.name = "field", .field = true, .worlds = true}};
+static const bench_octree_way ways[] = {
+    {.name = "closest", .kind = FM_OCTREE_CLOSEST},
+    {.name = "closest-sampled", .kind = FM_OCTREE_CLOSEST, .epsilon = -0.1f},
+    {.name = "closest-near", .kind = FM_OCTREE_CLOSEST, .band = 1},
+    {.name = "closest-thin", .kind = FM_OCTREE_CLOSEST, .code = FM_OCTREE_SHORT, .threshold = 0.15f, .band = 0.1f},
+    {.name = "distance", .kind = FM_OCTREE_DISTANCE},
+    {.name = "distance-sampled", .kind = FM_OCTREE_DISTANCE, .epsilon = -0.1f},
+    {.name = "voxels", .kind = FM_OCTREE_VOXELS, .worlds = true},
+    {.name = "svo", .kind = FM_OCTREE_CONTOURS, .worlds = true},
+    {.name = "svo-cubes", .kind = FM_OCTREE_CONTOURS, .threshold = -1},
+    {.name = "dag", .kind = FM_OCTREE_DAG, .worlds = true},
+    {.name = "tree64", .kind = FM_OCTREE_TREE64, .worlds = true},
+    {.name = "bricks", .kind = FM_OCTREE_BRICKS},
+    {.name = "field", .field = true, .worlds = true}};
 const char *const bench_octree_way_words[] = {
-    "closest", "closest-sampled", "closest-thin", "distance", "distance-sampled", "voxels", "svo", "svo-cubes", "dag",
-    "tree64",  "bricks",          "field",        NULL};
+    "closest", "closest-sampled", "closest-near", "closest-thin", "distance", "distance-sampled", "voxels", "svo", "svo-cubes",
+    "dag",     "tree64",          "bricks",       "field",        NULL};
 _Static_assert(sizeof bench_octree_way_words / sizeof bench_octree_way_words[0] == sizeof ways / sizeof ways[0] + 1,
                "words of all ways");
 
@@ -127,10 +129,10 @@ bool bench_octree_build(bench_octree_model *model, const bench_octree_way *way, 
     memcpy(job.desc.high, model->high, sizeof model->high);
     if (vectors) {
         job.desc.method = plan->method;
-        job.desc.threshold = plan->threshold;
+        job.desc.threshold = way->threshold > 0 ? way->threshold : plan->threshold;
         job.desc.band = way->band > 0 ? way->band : plan->band;
         job.desc.share = plan->share;
-        job.desc.code = way->kind == FM_OCTREE_CLOSEST ? plan->code : FM_OCTREE_SPHERICAL;
+        job.desc.code = way->kind != FM_OCTREE_CLOSEST ? FM_OCTREE_SPHERICAL : way->code ? way->code : plan->code;
     }
     result->size = size;
     result->triangles = model->triangles;

@@ -365,7 +365,7 @@ typedef struct octree_args {
 } octree_args;
 
 static const char *const method_words[] = {"exact", "grown", NULL}, *const code_words[] = {"spherical", "octahedral", "floats",
-                                                                                           NULL};
+                                                                                           "short", NULL};
 
 static void add_options(cli_args *args, octree_args *a) {
     a->mode =
@@ -377,16 +377,16 @@ static void add_options(cli_args *args, octree_args *a) {
                                       "torus (default), sphere, box, building, tubes, sheet, files; or a scene of voxels"));
     a->triangles = cli_add(args, arg_str0(NULL, "triangles", "N", "about so many of a mesh that is no file; default 200000"));
     a->way = cli_add(args, arg_str0(NULL, "way", "WAY,...",
-                                    "closest, closest-sampled, closest-thin (leaves within a cell), distance, distance-sampled, "
-                                    "voxels, svo, svo-cubes, dag, tree64, "
-                                    "bricks, field; default all"));
+                                    "closest, closest-sampled, closest-near (leaves within a cell), closest-thin (leaves where the "
+                                    "surface is, 16 bits a vector, merged within 0.15 cell), distance, distance-sampled, voxels, "
+                                    "svo, svo-cubes, dag, tree64, bricks, field; default all"));
     a->size = cli_add(args, arg_str0(NULL, "size", "N,...", "finest cells along the longest edge; default 128,256"));
     a->view = cli_add(args, arg_str0(NULL, "view", "whole|half|close,...", "default whole,close"));
     a->match = cli_add(args, arg_str0(NULL, "match", "memory|time|surface|image,...", "error: default memory"));
     a->most = cli_add(args, arg_str0(NULL, "most", "N", "error: the largest size to try; default 1024"));
     a->picture = cli_add(args, arg_str0(NULL, "picture", "WxH", "default 480x300"));
     a->method = cli_add(args, arg_str0(NULL, "method", "exact|grown", "closest points; default exact"));
-    a->code = cli_add(args, arg_str0(NULL, "code", "spherical|octahedral|floats", "default spherical"));
+    a->code = cli_add(args, arg_str0(NULL, "code", "spherical|octahedral|floats|short", "default spherical"));
     a->threshold = cli_add(args, arg_str0(NULL, "threshold", "T", "of merging, in cells; default that of the library"));
     a->band = cli_add(args, arg_str0(NULL, "band", "B", "leaves with values this near, in cells; default that of the library"));
     a->share = cli_add(args, arg_lit0(NULL, "share", "keep identical parts once"));
@@ -457,7 +457,8 @@ static bool read_plan(const octree_args *a, octree_plan *p) {
     p->bench.share = a->share->count > 0;
     p->bench.upright = a->upright->count > 0;
     static const char *const all =
-        "closest,closest-sampled,closest-thin,distance,distance-sampled,voxels,svo,svo-cubes,dag,tree64,bricks,field";
+        "closest,closest-sampled,closest-near,closest-thin,distance,distance-sampled,voxels,svo,svo-cubes,dag,tree64,bricks,"
+        "field";
     return cli_word("--mode", cli_given(a->mode, "picture"), bench_octree_mode_words, &p->mode) && read_numbers(a, p) &&
            cli_each("--model", cli_given(a->model, p->mode == BENCH_OCTREE_UPDATE ? "terrain" : "torus"), MAX_LIST, take_model,
                     p) &&

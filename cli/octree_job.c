@@ -17,7 +17,7 @@ static const char *const kind_names[] = {"vectors to closest points",
                                          "voxels in nodes of 4^3 children",
                                          "signed distances in bricks"};
 static const char *const method_words[] = {"exact", "grown", NULL};
-static const char *const code_words[] = {"spherical", "octahedral", "floats", NULL};
+static const char *const code_words[] = {"spherical", "octahedral", "floats", "short", NULL};
 static const char *const sign_words[] = {"auto", "pseudonormal", "winding", "none", NULL};
 static const char *const attribute_words[] = {"none", "triangle", "color", "texture", NULL};
 // Mesh files are read without colours and texture coordinates.
@@ -32,7 +32,7 @@ void octree_options_add(cli_args *args, octree_options *o, const char *cells, bo
     o->box = cli_add(args, arg_str0(NULL, "box", "X0,Y0,Z0,X1,Y1,Z1", "of a mesh: what the octree covers; default: all of it"));
     o->method = cli_add(args, arg_str0(NULL, "method", "exact|grown", "how closest points are found; default exact"));
     o->rounds = cli_add(args, arg_str0(NULL, "rounds", "N", "of growing; default: enough"));
-    o->code = cli_add(args, arg_str0(NULL, "code", "spherical|octahedral|floats", "how vectors are kept; default spherical"));
+    o->code = cli_add(args, arg_str0(NULL, "code", "spherical|octahedral|floats|short", "how vectors are kept; default spherical"));
     o->threshold = cli_add(args, arg_str0(NULL, "threshold", "T",
                                           "how far off merged leaves may be, in finest cells; default 0.05; below 0: none merge"));
     o->share = cli_add(args, arg_lit0(NULL, "share", "keep identical subtrees and leaves of closest and distance once"));

@@ -22,13 +22,15 @@ rows() {
 }
 # shellcheck disable=SC2086
 {
-    # Eleven ways and two views; of a world, four kinds and the field.
+    # Twelve ways and two views; of a world, four kinds and the field.
     ends 0 bench octree $small --model torus,terrain --size 32 --csv p.csv --json p.json --pictures .
-    rows p.csv 28
+    rows p.csv 30
     [ -s "$work/torus-closest-32-close.png" ] || bad "no picture"
     rm -f "$work"/torus-*.png
     less "$(field p.csv closest rmse)" "$(field p.csv voxels rmse)" "the error of vectors against that of voxels"
     less "$(field p.csv svo surface_p99_cells)" "$(field p.csv svo-cubes surface_p99_cells)" "contours against cubes"
+    less "$(field p.csv closest-thin bytes)" "$(field p.csv svo bytes)" "the bytes of a thin octree against those of an SVO"
+    less "$(field p.csv closest-thin surface_p99_cells)" 0.3 "the surface by a thin octree, cells"
     less "$(field p.csv distance surface_p99_cells)" 0.5 "the surface by signed distances, cells"
 
     ends 0 bench octree $small --mode memory --way closest,dag --size 32,48 --csv m.csv
@@ -61,7 +63,7 @@ if command -v python3 >/dev/null; then
     python3 -c '
 import json, sys
 d = json.load(open(sys.argv[1]))
-assert len(d) == 27 and all(r["failure"] == "" and r["samples"] > 0 for r in d)
+assert len(d) == 29 and all(r["failure"] == "" and r["samples"] > 0 for r in d)
 assert all(r["wrong"] <= 0.02 * r["samples"] and r["primary"]["median_ms"] > 0 for r in d)
 assert all(r["bytes"] == r["node_bytes"] + r["leaf_bytes"] + r["attribute_bytes"] for r in d if r["way"] != "field")
 ' "$work/p.json" || bad "p.json is not as expected"

@@ -159,6 +159,7 @@ static void check_tree(const fm_octree *octree, const scene_mesh *mesh, tree_che
     check->mesh = mesh;
     check->seed = 7;
     const double code = info->kind != FM_OCTREE_CLOSEST || info->code == FM_OCTREE_FLOATS ? 0
+                        : info->code == FM_OCTREE_SHORT                                   ? 0.16
                         : info->code == FM_OCTREE_OCTAHEDRAL                              ? 0.016
                                                                                           : 0.032;
     check->slack = (code + 1e-4) * info->cell;
@@ -215,6 +216,7 @@ static void test_shapes(fm_context *context) {
         build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 26, .code = FM_OCTREE_FLOATS, .band = 1});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 41, .band = 0.1f, .threshold = 0.25f, .share = i % 2});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 30, .band = 0.1f, .method = FM_OCTREE_GROWN});
+        build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 37, .band = 0.2f, .code = FM_OCTREE_SHORT, .share = i % 2});
         build_and_check(context, &meshes[i], &(fm_octree_desc){.size = 25, .code = FM_OCTREE_OCTAHEDRAL, .share = true});
         scene_mesh_free(&meshes[i].mesh);
     }
@@ -296,7 +298,9 @@ static void test_bad(fm_context *context) {
         {.attribute = FM_OCTREE_COLOR},
         {.attribute = FM_OCTREE_TEXTURE},
         {.method = (fm_octree_method)2},
-        {.code = (fm_octree_code)3},
+        {.code = (fm_octree_code)4},
+        {.code = FM_OCTREE_SHORT},
+        {.code = FM_OCTREE_SHORT, .band = 0.3f},
         {.attribute = (fm_octree_attribute)4},
     };
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {

@@ -113,7 +113,9 @@ static inline fm_v3 tree_vector(const fm_octree *octree, const tree_node *node, 
         return (fm_v3){v[0], v[1], v[2]};
     }
     const float unit = FM_OCTREE_REACH * octree->head.cell * (float)(1u << node->level);
-    return fm_vcp_decode(((const uint32_t *)octree->values.data)[value], (int)octree->info.code, unit);
+    const uint32_t word = octree->info.code == FM_OCTREE_SHORT ? ((const uint16_t *)octree->values.data)[value]
+                                                               : ((const uint32_t *)octree->values.data)[value];
+    return fm_vcp_decode(word, (int)octree->info.code, unit);
 }
 
 static inline double tree_uniform(uint64_t *seed) {

@@ -98,6 +98,11 @@ static void test_same(fm_context *context) {
         compare(context, &torus, &own, desc);
     }
     fm_octree_desc desc = base;
+    desc.band = 0.1f;
+    desc.code = FM_OCTREE_SHORT;
+    desc.threshold = 0.15f;
+    compare(context, &torus, &own, desc);
+    desc = base;
     desc.kind = FM_OCTREE_DISTANCE;
     desc.sign = FM_SIGN_NONE;
     desc.size = 30;
@@ -120,6 +125,7 @@ static fm_octree *build_with(uint32_t threads, const scene_mesh *mesh, const fm_
 // The threads that share the work do not show.
 static void test_threads(void) {
     const fm_octree_desc descs[] = {{.size = 150},
+                                    {.size = 150, .band = 0.1f, .threshold = 0.3f},
                                     {.size = 40, .method = FM_OCTREE_GROWN, .share = true},
                                     {.kind = FM_OCTREE_DISTANCE, .size = 140},
                                     {.kind = FM_OCTREE_BRICKS, .size = 50}};

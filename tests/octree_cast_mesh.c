@@ -97,7 +97,8 @@ static outcome compare(const fm_mesh *mesh, double cell) {
     return sum;
 }
 
-static void check_octree(const char *name, fm_mesh *mesh, fm_octree *octree, bool coarse, bool thin) {
+// `threshold`: of merging a thin octree of vectors; 0: it is none.
+static void check_octree(const char *name, fm_mesh *mesh, fm_octree *octree, bool coarse, bool thin, double threshold) {
     fm_octree_info info;
     fm_octree_describe(octree, &info);
     make_rays(info.cell);
@@ -112,6 +113,7 @@ static void check_octree(const char *name, fm_mesh *mesh, fm_octree *octree, boo
         printf("%-8s kind %d%s: %d holes and %d rays that met nothing of %d; off %.4f cells, cosine %.4f\n", name, (int)info.kind,
                sampled ? ", sampled" : "", sum.holes, sum.imagined, sum.smooth, sum.off / sum.both, sum.turned / sum.both);
         CHECK(sum.smooth > GROUPS / 10);
+        CHECK(threshold == 0 || sum.off / sum.both < 0.6 * threshold);
         CHECK(sum.imagined <= (coarse ? 1 : 0));
         // Along edges that are few cells apart samples slip through; looking at cells as a whole does not.
         if (!coarse || (!sampled && info.kind == FM_OCTREE_CLOSEST)) {
@@ -127,6 +129,7 @@ static void check_mesh(fm_context *context, const char *name, scene_mesh *scene,
                                     {.size = size, .code = FM_OCTREE_OCTAHEDRAL, .method = FM_OCTREE_GROWN},
                                     {.size = size, .band = 0.1f},
                                     {.size = size, .band = 0.1f, .threshold = 0.2f, .share = true},
+                                    {.size = size, .band = 0.1f, .threshold = 0.15f, .code = FM_OCTREE_SHORT},
                                     {.kind = FM_OCTREE_DISTANCE, .size = size},
                                     {.kind = FM_OCTREE_DISTANCE, .size = size, .band = 0.1f},
                                     {.kind = FM_OCTREE_BRICKS, .size = size}};
@@ -138,7 +141,9 @@ static void check_mesh(fm_context *context, const char *name, scene_mesh *scene,
     for (size_t i = 0; i < sizeof descs / sizeof *descs; i++) {
         fm_octree *octree = NULL;
         if (CHECK_OK(fm_octree_build_mesh(mesh, &descs[i], &octree))) {
-            check_octree(name, mesh, octree, size < 60, descs[i].band > 0);
+            const bool thin = descs[i].band > 0, merged = thin && descs[i].kind == FM_OCTREE_CLOSEST;
+            const double threshold = descs[i].threshold > 0 ? (double)descs[i].threshold : 0.05;
+            check_octree(name, mesh, octree, size < 60, thin, merged ? threshold : 0);
         }
         fm_octree_destroy(octree);
     }

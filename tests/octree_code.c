@@ -66,6 +66,25 @@ static void test_errors(void) {
     CHECK(measure(FM_GPU_SPHERICAL, 7).most < 0.032);
 }
 
+// Lengths in equal steps up to what a cell's corners can be from a surface in it, directions within 6 degrees.
+static void test_short(void) {
+    uint64_t seed = 3;
+    double longer = 0, least = 1;
+    for (int i = 0; i < SAMPLES; i++) {
+        const fm_v3 way = direction(&seed), v = fm_times(way, (float)(0.01 + 2 * uniform(&seed)));
+        const uint32_t word = fm_vcp_encode(v, FM_GPU_SHORT, FM_OCTREE_REACH);
+        const fm_v3 kept = fm_vcp_decode(word, FM_GPU_SHORT, FM_OCTREE_REACH);
+        CHECK(word <= UINT16_MAX);
+        longer = fmax(longer, fabs(sqrt((double)fm_dot(v, v)) - sqrt((double)fm_dot(kept, kept))));
+        least = fmin(least, (double)fm_dot(fm_unit(kept), way));
+    }
+    printf("16 bits: lengths off by %.4f cells, directions by a cosine of %.5f\n", longer, least);
+    CHECK(longer < 0.0168 && least > cos(6 * 3.14159265358979 / 180));
+    const fm_v3 none = fm_vcp_decode(fm_vcp_encode(fm_v3_of(0, 0, 0), FM_GPU_SHORT, 7), FM_GPU_SHORT, 7);
+    const fm_v3 beyond = fm_vcp_decode(fm_vcp_encode(fm_v3_of(0, -100, 0), FM_GPU_SHORT, 7), FM_GPU_SHORT, 7);
+    CHECK(off(none, fm_v3_of(0, 0, 0)) == 0 && off(beyond, fm_v3_of(0, -2.1f, 0)) < 1e-5);
+}
+
 static void test_exact(void) {
     for (int code = FM_GPU_SPHERICAL; code <= FM_GPU_OCTAHEDRAL; code++) {
         const fm_v3 none = fm_vcp_decode(fm_vcp_encode(fm_v3_of(0, 0, 0), code, 7), code, 7);
@@ -79,7 +98,10 @@ static void test_exact(void) {
     uint64_t seed = 5;
     for (int i = 0; i < 100000; i++) {
         const uint32_t word = (uint32_t)test_random(&seed);
-        for (int code = FM_GPU_SPHERICAL; code <= FM_GPU_OCTAHEDRAL; code++) {
+        for (int code = FM_GPU_SPHERICAL; code <= FM_GPU_SHORT; code++) {
+            if (code == FM_GPU_FLOATS) {
+                continue;
+            }
             const double length = off(fm_vcp_decode(word, code, 7), fm_v3_of(0, 0, 0));
             CHECK(length <= 7.00001);
         }
@@ -123,6 +145,7 @@ static void test_interpolation(void) {
 
 int main(void) {
     test_errors();
+    test_short();
     test_exact();
     test_interpolation();
     return check_summary();

@@ -12,6 +12,7 @@ static const fm_octree_desc kinds[] = {
     {.kind = FM_OCTREE_CLOSEST, .size = 48},
     {.kind = FM_OCTREE_CLOSEST, .size = 40, .code = FM_OCTREE_FLOATS, .attribute = FM_OCTREE_COLOR, .method = FM_OCTREE_GROWN},
     {.kind = FM_OCTREE_CLOSEST, .size = 32, .code = FM_OCTREE_OCTAHEDRAL, .share = true, .threshold = -1, .rounds = 7},
+    {.kind = FM_OCTREE_CLOSEST, .size = 36, .code = FM_OCTREE_SHORT, .band = 0.1f, .attribute = FM_OCTREE_TRIANGLE},
     {.kind = FM_OCTREE_DISTANCE, .size = 50, .sign = FM_SIGN_WINDING},
     {.kind = FM_OCTREE_VOXELS, .size = 64, .top_bytes = 8},
     {.kind = FM_OCTREE_DAG, .size = 40, .top_bytes = 64},
@@ -160,7 +161,7 @@ static void wrong_header(fm_context *context, const uint8_t *bytes, size_t size)
     WRONG_HEADER(uint32_t, kind, FM_OCTREE_KINDS, "kind 7");
     WRONG_HEADER(uint32_t, kind, UINT32_MAX, "kind");
     WRONG_HEADER(uint32_t, method, 2, "method 2");
-    WRONG_HEADER(uint32_t, code, 3, "code 3");
+    WRONG_HEADER(uint32_t, code, 4, "code 4");
     WRONG_HEADER(uint32_t, attribute, 9, "attribute 9");
     WRONG_HEADER(uint32_t, sign, 99, "sign 99");
     WRONG_HEADER(uint32_t, shared, 2, "shared 2");

@@ -48,6 +48,8 @@ typedef enum fm_octree_code {
     FM_OCTREE_SPHERICAL = 0,  // 32 bits: radius 13, by its root; angles 9 and 10. Source: section 4.1
     FM_OCTREE_OCTAHEDRAL,     // ours, 32 bits: radius 10, by its root; 11 and 11 for the direction on an octahedron
     FM_OCTREE_FLOATS,         // three floats: for measuring what the others lose
+    // Ours, 16 bits: radius 6, 5 and 5 for the direction. For bands up to 0.2, where vectors are short: half of the memory
+    FM_OCTREE_SHORT,
 } fm_octree_code;
 
 typedef enum fm_octree_attribute {

@@ -10,7 +10,7 @@ enum { MOST_CELLS = 1 << 20, MOST_LEVELS = 20 };
 static const uint64_t MOST_TOPS = UINT64_C(1) << 31, MOST_NODES = UINT64_C(1) << 62;
 
 static fm_result check_choices(const fm_fmo_header *header, const char *name) {
-    if (header->kind >= FM_OCTREE_KINDS || header->method > FM_OCTREE_GROWN || header->code > FM_OCTREE_FLOATS ||
+    if (header->kind >= FM_OCTREE_KINDS || header->method > FM_OCTREE_GROWN || header->code > FM_OCTREE_SHORT ||
         header->attribute > FM_OCTREE_TEXTURE || header->sign > FM_SIGN_NONE || header->shared > 1) {
         return fm_fail(FM_ERROR_FORMAT,
                        "%s: header: kind %u, method %u, code %u, attribute %u, sign %u, shared %u: one of them is not known", name,

@@ -186,6 +186,9 @@ static void write_value(const fm_octree_build *build, const fm_octree_field *fie
     } else if (build->desc->code == FM_OCTREE_FLOATS) {
         const float world[3] = {v[0] * cell, v[1] * cell, v[2] * cell};
         memcpy(to, world, sizeof world);
+    } else if (build->desc->code == FM_OCTREE_SHORT) {
+        const uint16_t word = (uint16_t)field->codes[i];
+        memcpy(to, &word, sizeof word);
     } else {
         memcpy(to, &field->codes[i], sizeof field->codes[i]);
     }

@@ -12,7 +12,7 @@ _Static_assert((int)FM_OCTREE_CLOSEST == FM_GPU_CLOSEST && (int)FM_OCTREE_DISTAN
                    (int)FM_OCTREE_DAG == FM_GPU_DAG && (int)FM_OCTREE_TREE64 == FM_GPU_TREE64 &&
                    (int)FM_OCTREE_BRICKS == FM_GPU_BRICKS && (int)FM_OCTREE_SPHERICAL == FM_GPU_SPHERICAL &&
                    (int)FM_OCTREE_OCTAHEDRAL == FM_GPU_OCTAHEDRAL && (int)FM_OCTREE_FLOATS == FM_GPU_FLOATS &&
-                   (int)FM_OCTREE_COLOR == FM_GPU_COLOR,
+                   (int)FM_OCTREE_SHORT == FM_GPU_SHORT && (int)FM_OCTREE_COLOR == FM_GPU_COLOR,
                "shaders number kinds and codes as the header does");
 
 enum { MOST_CELLS = 1 << 20, LEAST_LEVELS = 3, MOST_LEVELS = 20 };
@@ -30,6 +30,9 @@ static fm_result check_numbers(const fm_octree_desc *desc) {
     if (desc->band != 0 && !(desc->band >= 0.05f && desc->band <= 3.5f)) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "band is %g: 0.05 to 3.5 cells, or 0 for 2 sqrt(3)", (double)desc->band);
     }
+    if (desc->kind == FM_OCTREE_CLOSEST && desc->code == FM_OCTREE_SHORT && !(desc->band > 0 && desc->band <= 0.2f)) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "code FM_OCTREE_SHORT with a band of %g: 0.05 to 0.2 cells", (double)desc->band);
+    }
     for (int axis = 0; axis < 3; axis++) {
         if (!isfinite(desc->low[axis]) || !isfinite(desc->high[axis]) || desc->low[axis] > desc->high[axis]) {
             return fm_fail(FM_ERROR_INVALID_ARGUMENT, "the box runs from %g to %g along axis %d: finite numbers in order",
@@ -42,7 +45,7 @@ static fm_result check_numbers(const fm_octree_desc *desc) {
 fm_result fm_octree_check_desc(const fm_octree_desc *desc, fm_octree_desc *filled) {
     *filled = desc ? *desc : (fm_octree_desc){0};
     if ((uint32_t)filled->kind >= FM_OCTREE_KINDS || (uint32_t)filled->method > FM_OCTREE_GROWN ||
-        (uint32_t)filled->code > FM_OCTREE_FLOATS || (uint32_t)filled->attribute > FM_OCTREE_TEXTURE ||
+        (uint32_t)filled->code > FM_OCTREE_SHORT || (uint32_t)filled->attribute > FM_OCTREE_TEXTURE ||
         (uint32_t)filled->sign > FM_SIGN_NONE) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "kind %d, method %d, code %d, attribute %d, sign %d: one of them is not known",
                        (int)filled->kind, (int)filled->method, (int)filled->code, (int)filled->attribute, (int)filled->sign);
@@ -121,7 +124,10 @@ static void fill_head(fm_octree *octree) {
 
 void fm_octree_size_arrays(fm_octree *octree) {
     octree->words.size = octree->attributes.size = octree->extra.size = 4;
-    octree->values.size = octree->info.kind == FM_OCTREE_CLOSEST && octree->info.code == FM_OCTREE_FLOATS ? 12 : 4;
+    octree->values.size = 4;
+    if (octree->info.kind == FM_OCTREE_CLOSEST) {
+        octree->values.size = octree->info.code == FM_OCTREE_FLOATS ? 12 : octree->info.code == FM_OCTREE_SHORT ? 2 : 4;
+    }
 }
 
 fm_result fm_octree_new(fm_context *context, const fm_octree_desc *desc, const double low[3], const double high[3],

@@ -31,7 +31,7 @@ struct fm_octree {
     fm_octree_info info;
     fm_octree_head head;         // but for its addresses, which depend on where it is read
     fm_octree_array words;       // of 4 bytes
-    fm_octree_array values;      // of 4 bytes; 3 x 4 under FM_OCTREE_FLOATS
+    fm_octree_array values;      // of 4 bytes; 3 x 4 under FM_OCTREE_FLOATS, 2 under FM_OCTREE_SHORT
     fm_octree_array attributes;  // of 4 bytes, as many as values; none where there are none
     fm_octree_array extra;       // of 4 bytes
     void *state;                 // what updates of the kind need besides (octree_voxels.c), freed by `forget`

@@ -32,7 +32,7 @@ FM_RULE fm_float fm_octree_clearance(fm_octree_head head, fm_octree_spot spot, f
         fm_octree_eight words = fm_distance_words(head, own);
         length = FM_SIZE_OF(fm_distance_cell(words, u, 1 / (head.cell * size), 0.0f).v[corner]);
     } else {
-        length = fm_vcp_length(head, fm_octree_words_of(head.values, leaf), leaf, corner, size);
+        length = fm_vcp_length(head, fm_vcp_words_of(head, leaf), leaf, corner, size);
     }
     // Less what the code may have made it longer by.
     return size * (length - fm_octree_length(fm_less(u, fm_octree_corner_of(corner))) - 0.01f);

@@ -183,7 +183,7 @@ FM_RULE fm_vcp_way fm_vcp_go(fm_octree_head head, fm_octree_ray ray, fm_vcp_way 
         fm_v3 corner = fm_octree_corner(go.spot), u = fm_times(fm_less(place, corner), 1 / size);
         fm_uint leaf = fm_octree_leaf_of(go.spot);
         fm_int nearest = fm_octree_nearest_corner(u);
-        go.words = fm_octree_words_of(head.values, leaf);
+        go.words = fm_vcp_words_of(head, leaf);
         go.leaves++;
         go.stay = fm_octree_stay(ray, place, corner, size);
         fm_float room =
@@ -324,7 +324,7 @@ FM_RULE fm_octree_met fm_closest_by_samples(fm_octree_head head, fm_octree_ray r
         fm_uint leaf = fm_octree_leaf_of(spot);
         // Neither a leaf nor eight vectors twice: those of a cell are kept while the ray is in it.
         if (spot.word != held) {
-            cell = fm_vcp_cell_of(head, fm_octree_words_of(head.values, leaf), leaf, size);
+            cell = fm_vcp_cell_of(head, fm_vcp_words_of(head, leaf), leaf, size);
             held = spot.word;
             leaves++;
         }

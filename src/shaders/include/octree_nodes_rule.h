@@ -168,6 +168,20 @@ FM_RULE fm_octree_eight fm_octree_words_of(fm_address values, fm_uint leaf) {
     return eight;
 }
 
+// The vectors of a leaf as they are kept, of FM_GPU_FLOATS without meaning.
+FM_RULE fm_octree_eight fm_vcp_words_of(fm_octree_head head, fm_uint leaf) {
+    if (head.code != FM_GPU_SHORT) {
+        return fm_octree_words_of(head.values, leaf);
+    }
+    fm_octree_eight eight;
+    for (int i = 0; i < 4; i++) {
+        fm_uint two = FM_WORD(head.values, FM_LONG(leaf) * FM_LONG(2) + FM_LONG(i));
+        eight.v[(i >> 1) + 4 * (i & 1)] = two & 0xffffu;
+        eight.v[(i >> 1) + 4 * (i & 1) + 2] = two >> 16;
+    }
+    return eight;
+}
+
 FM_RULE fm_uint fm_octree_leaf_of(fm_octree_spot spot) {
     return 0xffffffffu - spot.word;
 }

@@ -17,6 +17,7 @@
 #define FM_GPU_SPHERICAL 0
 #define FM_GPU_OCTAHEDRAL 1
 #define FM_GPU_FLOATS 2
+#define FM_GPU_SHORT 3
 #define FM_GPU_PLAIN 0  // of fm_octree_attribute
 #define FM_GPU_COLOR 2
 
@@ -28,7 +29,8 @@
 
 // Leaves of CLOSEST and DISTANCE: values stand in columns of four, those of the corners (y, z) = 00, 10, 01, 11 at one x. Leaf i
 // has columns i (its lower x) and i + 1: so leaves of one level that are neighbours along x share a column, and what a leaf needs
-// is one run of memory. A value is a word, or three under FM_GPU_FLOATS; its attribute, if there are any, a word in the same place.
+// is one run of memory. A value is a word, three under FM_GPU_FLOATS, half of one under FM_GPU_SHORT; its attribute, if there are
+// any, a word in the same place.
 #define FM_COLUMN_VALUES 4
 
 // BRICKS: the top grid's cells are bricks of 8^3 finest cells (`levels` is 3); its words are those of leaves above, and there are

@@ -77,23 +77,24 @@ FM_PUSH_STRUCT(fm_vcp_sheet) {
     fm_float against;  // below 0: that vector goes against the ray, and what is ahead is negative
 };
 
-#define FM_VCP_ALIKE 0.75f  // the cosine to the longest vector that all others have at least, but for the sign, on one sheet
-#define FM_VCP_BENT 0.5f    // what the distances may be off the plane that it stands on
+#define FM_VCP_ALIKE 0.5f  // the cosine to the longest vector that all others have at least, but for the sign, on one sheet
+#define FM_VCP_BENT 0.5f   // what the distances may be off those that a sheet has that curves from one corner to the other
 
 // Vectors with the longest one's direction are signed distances d to planes, those against it negative ones. Between corners their
 // linear blend is too large by half of what curvature makes of the weights, and the blend of the distances to the planes, d - n e
 // for a place e off the corner, too small by as much. Their mean, d - n e / 2, is right to the third order, and alike from both
 // sides of a face. Two sheets that face each other from outside of a cell have such vectors, too, yet not one plane's distances.
 FM_PUSH_STRUCT(fm_vcp_plane) {
-    fm_v3 along;
-    fm_float at;
+    fm_v3 along, corner;
+    fm_float reach;
     fm_float least, bent;
 };
 
 FM_RULE fm_vcp_plane fm_vcp_plane_of(fm_vcp_arm longest, fm_int corner) {
     fm_vcp_plane plane;
     plane.along = longest.way;
-    plane.at = longest.reach + fm_dot(longest.way, fm_octree_corner_of(corner));
+    plane.corner = fm_octree_corner_of(corner);
+    plane.reach = longest.reach;
     plane.least = longest.reach > 0 ? 1.0f : 0.0f;
     plane.bent = 0;
     return plane;
@@ -104,8 +105,11 @@ FM_RULE fm_vcp_plane fm_vcp_plane_with(fm_vcp_plane given, fm_vcp_arm arm, fm_in
     fm_vcp_plane plane = given;
     fm_float alike = fm_dot(arm.way, plane.along);
     plane.least = arm.reach > 0 ? FM_MIN(plane.least, FM_SIZE_OF(alike)) : plane.least;
-    plane.bent = FM_MAX(plane.bent,
-                        FM_SIZE_OF(plane.at - fm_dot(plane.along, fm_octree_corner_of(i)) - (alike < 0 ? -arm.reach : arm.reach)));
+    fm_float sign = alike < 0 ? -1.0f : 1.0f;
+    // Half of the way by the one's direction, half by the other's: of a sheet right to the third order.
+    fm_v3 mean = fm_times(fm_add(plane.along, arm.reach > 0 ? fm_times(arm.way, sign) : plane.along), 0.5f);
+    fm_float reach = plane.reach - fm_dot(mean, fm_less(fm_octree_corner_of(i), plane.corner));
+    plane.bent = FM_MAX(plane.bent, FM_SIZE_OF(reach - sign * arm.reach));
     return plane;
 }
 
@@ -220,6 +224,7 @@ FM_RULE fm_float fm_vcp_line_at(fm_vcp_line line, fm_float s) {
 #define FM_VCP_PIECES 3    // of a ray's stay in a cell, in which a sheet is crossed once
 #define FM_VCP_ROOTS 5     // steps to where
 #define FM_VCP_SEAM 0.25f  // of epsilon
+#define FM_VCP_BESIDE 10   // times that, how far beyond a cell its sheet goes on, for that of the next may end before it
 
 // A piece of a ray's way through a cell, and the blend at its ends.
 FM_PUSH_STRUCT(fm_vcp_piece) {
@@ -251,7 +256,16 @@ FM_RULE fm_vcp_piece fm_vcp_piece_of(fm_vcp_line line, fm_float stay, fm_float b
         piece.high = stay * FM_F(i) * (1.0f / FM_VCP_PIECES);
         piece.at_high = fm_vcp_line_at(line, piece.high);
     }
-    piece.met = seam || !(piece.at_low * piece.at_high > 0) || FM_SIZE_OF(piece.at_high) < closing ? 1 : 0;
+    bool crossed = !(piece.at_low * piece.at_high > 0);
+    fm_float behind = stay + FM_VCP_BESIDE * slack, at_behind = fm_vcp_line_at(line, behind);
+    if (!seam && !crossed && closing == 0 && piece.at_high * at_behind < 0) {
+        crossed = true;
+        piece.low = stay;
+        piece.at_low = piece.at_high;
+        piece.high = behind;
+        piece.at_high = at_behind;
+    }
+    piece.met = seam || crossed || FM_SIZE_OF(piece.at_high) < closing ? 1 : 0;
     return piece;
 }
 
@@ -278,19 +292,25 @@ FM_RULE fm_float fm_vcp_root(fm_vcp_line line, fm_vcp_piece given) {
                                          : piece.low;
 }
 
-// The sheet's normal at a place, as its longest vector has it.
+// The sheet's normal at a place, as its longest vector has it: the blend's gradient, which is nearer to the truth than a mean of
+// the corners' directions.
 FM_RULE fm_v3 fm_vcp_sheet_normal(fm_octree_head head, fm_octree_eight words, fm_uint leaf, fm_float size, fm_int longest,
                                   fm_v3 u) {
     fm_uint word = words.v[0];
     for (int i = 1; i < 8; i++) {
         word = i == longest ? words.v[i] : word;
     }
+    fm_v3 at = fm_v3_of(FM_MIN(FM_MAX(u.x, 0.0f), 1.0f), FM_MIN(FM_MAX(u.y, 0.0f), 1.0f), FM_MIN(FM_MAX(u.z, 0.0f), 1.0f));
     fm_v3 along = fm_vcp_arm_at(head, word, leaf, longest, size).way, sum = fm_v3_of(0, 0, 0);
     for (int i = 0; i < 8; i++) {
         fm_vcp_arm arm = fm_vcp_arm_at(head, words.v[i], leaf, i, size);
-        fm_float weight = fm_octree_weight(i, u);
-        sum =
-            fm_add(sum, arm.reach > 0 ? fm_times(arm.way, fm_dot(arm.way, along) < 0 ? -weight : weight) : fm_times(along, weight));
+        fm_float sign = fm_dot(arm.way, along) < 0 ? -1.0f : 1.0f;
+        fm_v3 normal = arm.reach > 0 ? fm_times(arm.way, sign) : along, off = fm_less(at, fm_octree_corner_of(i));
+        fm_float value = sign * arm.reach - 0.5f * fm_dot(normal, off);
+        // How the corner's weight grows along the axes.
+        fm_float x = 1 - FM_SIZE_OF(off.x), y = 1 - FM_SIZE_OF(off.y), z = 1 - FM_SIZE_OF(off.z);
+        fm_v3 grows = fm_v3_of((i & 1) == 1 ? y * z : -y * z, (i >> 1 & 1) == 1 ? x * z : -x * z, i >> 2 == 1 ? x * y : -x * y);
+        sum = fm_add(sum, fm_less(fm_times(normal, 0.5f * x * y * z), fm_times(grows, value)));
     }
     return fm_unit(sum);
 }

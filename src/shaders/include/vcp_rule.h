@@ -17,9 +17,12 @@
 // the angle from 0 to 2 pi. Source: Demir and Westermann 2015, section 4.1. OCTAHEDRAL, ours: 10 bits of radius and 11 for each of
 // two places on an unfolded octahedron, of which 2047 are used, so that the axes' directions and those halfway between two of them
 // are exact. Lengths need fewer bits than directions, for a length that is wrong by a part of itself is no worse than a direction
-// wrong by that angle. A vector without length is exact in both.
+// wrong by that angle. A vector without length is exact in all. SHORT, ours, for thin octrees, whose vectors are short: 16 bits, 6
+// of the radius up to FM_VCP_SHORT of the unit, in equal steps, for where a cell has one sheet all distances count alike, and 5 for
+// each place.
 #define FM_VCP_HALF_PI 1.57079633f
 #define FM_VCP_TWO_PI 6.28318531f
+#define FM_VCP_SHORT 0.3f
 
 FM_RULE fm_float fm_vcp_sign(fm_float x) {
     return x < 0 ? -1.0f : 1.0f;
@@ -29,17 +32,18 @@ FM_RULE fm_uint fm_vcp_radius_bits(fm_float length, fm_float unit, fm_float most
     return FM_U(FM_SQRT(FM_MIN(length / unit, 1.0f)) * most + 0.5f);
 }
 
-FM_RULE fm_v3 fm_vcp_octahedral(fm_uint a, fm_uint b) {
-    const fm_float u = FM_F(FM_I(a) - 1023) * (1.0f / 1023.0f);
-    const fm_float v = FM_F(FM_I(b) - 1023) * (1.0f / 1023.0f);
+// Places run from 0 to 2 `steps`.
+FM_RULE fm_v3 fm_vcp_octahedral(fm_uint a, fm_uint b, fm_int steps) {
+    const fm_float u = FM_F(FM_I(a) - steps) * (1.0f / FM_F(steps));
+    const fm_float v = FM_F(FM_I(b) - steps) * (1.0f / FM_F(steps));
     const fm_float z = 1 - FM_SIZE_OF(u) - FM_SIZE_OF(v);
     const fm_float fold = FM_MAX(-z, 0.0f);
     return fm_unit(fm_v3_of(u - fm_vcp_sign(u) * fold, v - fm_vcp_sign(v) * fold, z));
 }
 
-// The best of the four places around the direction's.
-FM_RULE fm_uint fm_vcp_octahedral_bits(fm_v3 way) {
-    const fm_float sum = FM_SIZE_OF(way.x) + FM_SIZE_OF(way.y) + FM_SIZE_OF(way.z);
+// The best of the four places around the direction's; the second one from bit `bits` on.
+FM_RULE fm_uint fm_vcp_octahedral_bits(fm_v3 way, fm_int steps, fm_int bits) {
+    const fm_float sum = FM_SIZE_OF(way.x) + FM_SIZE_OF(way.y) + FM_SIZE_OF(way.z), most = FM_F(steps);
     fm_float u = way.x / sum;
     fm_float v = way.y / sum;
     if (way.z < 0) {
@@ -47,21 +51,21 @@ FM_RULE fm_uint fm_vcp_octahedral_bits(fm_v3 way) {
         v = (1 - FM_SIZE_OF(u)) * fm_vcp_sign(v);
         u = folded;
     }
-    const fm_uint a = FM_U(FM_MIN(FM_MAX(u * 1023 + 1023, 0.0f), 2045.0f));
-    const fm_uint b = FM_U(FM_MIN(FM_MAX(v * 1023 + 1023, 0.0f), 2045.0f));
+    const fm_uint a = FM_U(FM_MIN(FM_MAX(u * most + most, 0.0f), 2 * most - 1));
+    const fm_uint b = FM_U(FM_MIN(FM_MAX(v * most + most, 0.0f), 2 * most - 1));
     fm_float best = -2;
-    fm_uint bits = 0;
+    fm_uint found = 0;
     for (fm_uint i = 0; i < 4; i++) {
-        const fm_float near = fm_dot(fm_vcp_octahedral(a + (i & 1), b + (i >> 1)), way);
+        const fm_float near = fm_dot(fm_vcp_octahedral(a + (i & 1), b + (i >> 1), steps), way);
         if (near > best) {
             best = near;
-            bits = (a + (i & 1)) << 10 | (b + (i >> 1)) << 21;
+            found = (a + (i & 1)) | (b + (i >> 1)) << bits;
         }
     }
-    return bits;
+    return found;
 }
 
-// A vector as 32 bits; `unit` is the greatest length that can be kept, FM_OCTREE_REACH edges of the leaf's cell.
+// A vector as bits; `unit` is the greatest length that can be kept, FM_OCTREE_REACH edges of the leaf's cell.
 FM_RULE fm_uint fm_vcp_encode(fm_v3 v, fm_int code, fm_float unit) {
     const fm_float length = FM_SQRT(fm_dot(v, v));
     if (!(length > 0)) {
@@ -69,7 +73,10 @@ FM_RULE fm_uint fm_vcp_encode(fm_v3 v, fm_int code, fm_float unit) {
     }
     const fm_v3 way = fm_times(v, 1 / length);
     if (code == FM_GPU_OCTAHEDRAL) {
-        return fm_vcp_radius_bits(length, unit, 1023) | fm_vcp_octahedral_bits(way);
+        return fm_vcp_radius_bits(length, unit, 1023) | fm_vcp_octahedral_bits(way, 1023, 11) << 10;
+    }
+    if (code == FM_GPU_SHORT) {
+        return FM_U(FM_MIN(length / (unit * FM_VCP_SHORT), 1.0f) * 63 + 0.5f) | fm_vcp_octahedral_bits(way, 15, 5) << 6;
     }
     const fm_float theta = FM_ARCSIN(FM_MIN(FM_MAX(way.z, -1.0f), 1.0f)) / FM_VCP_HALF_PI;
     const fm_float turn = FM_ARCTAN2(way.y, way.x) / FM_VCP_TWO_PI;
@@ -80,6 +87,10 @@ FM_RULE fm_uint fm_vcp_encode(fm_v3 v, fm_int code, fm_float unit) {
 
 // The length of a kept vector.
 FM_RULE fm_float fm_vcp_radius(fm_uint word, fm_int code, fm_float unit) {
+    if (code == FM_GPU_SHORT) {
+        // What is nearer than half a step has a direction, too.
+        return word == 0 ? 0.0f : FM_MAX(FM_F(word & 63u), 0.01f) * (unit * (FM_VCP_SHORT / 63));
+    }
     const fm_float root = code == FM_GPU_OCTAHEDRAL ? FM_F(word & 1023u) * (1.0f / 1023.0f) : FM_F(word & 8191u) * (1.0f / 8191.0f);
     return root * root * unit;
 }
@@ -87,7 +98,10 @@ FM_RULE fm_float fm_vcp_radius(fm_uint word, fm_int code, fm_float unit) {
 // Its direction, of length 1.
 FM_RULE fm_v3 fm_vcp_direction(fm_uint word, fm_int code) {
     if (code == FM_GPU_OCTAHEDRAL) {
-        return fm_vcp_octahedral(word >> 10 & 2047u, word >> 21);
+        return fm_vcp_octahedral(word >> 10 & 2047u, word >> 21, 1023);
+    }
+    if (code == FM_GPU_SHORT) {
+        return fm_vcp_octahedral(word >> 6 & 31u, word >> 11 & 31u, 15);
     }
     const fm_float theta = FM_F(word >> 13 & 511u) * (2 * FM_VCP_HALF_PI / 511) - FM_VCP_HALF_PI;
     const fm_float phi = FM_F(word >> 22) * (FM_VCP_TWO_PI / 1023);
