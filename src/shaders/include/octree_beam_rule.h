@@ -55,6 +55,7 @@ FM_RULE fm_octree_beam fm_octree_beam_of(fm_octree_head head, fm_v3 origin, fm_v
     fm_v3 high = fm_octree_last_place(head);
     fm_v3 middle = fm_times(fm_add(low, high), 0.5f);
     fm_float far = fm_octree_length(fm_less(from, middle)) + fm_octree_length(fm_less(high, middle)) + 1;
+    fm_float least = FM_MIN(fm_octree_length(fm_less(high, low)) * FM_OCTREE_BEAM_PART, FM_OCTREE_BEAM_ROOM);
     fm_float empty = head.cutoff * scale * (1.0f / 1073741823.0f), t = 0;
     fm_octree_spot spot = fm_octree_nowhere();
     fm_octree_beam beam;
@@ -68,7 +69,7 @@ FM_RULE fm_octree_beam fm_octree_beam_of(fm_octree_head head, fm_v3 origin, fm_v
         beam.reads += fm_octree_is_leaf(spot.word) ? 1u : 0u;
         fm_float room = FM_MAX(fm_octree_clearance(head, spot, place, empty), fm_octree_length(fm_less(at, place)));
         room -= spread * t + margin;
-        if (!(room > 1)) {
+        if (!(room > least)) {
             break;
         }
         t += room / (1 + spread);

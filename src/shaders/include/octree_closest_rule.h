@@ -245,7 +245,7 @@ FM_RULE fm_octree_met fm_vcp_meet(fm_octree_head head, fm_octree_ray ray, fm_vcp
     return met;
 }
 
-#define FM_VCP_TRUST 0.25f  // how far a sheet's blend may be off the distance to it, in edges of the cell: none was seen as far
+#define FM_VCP_TRUST 0.05f  // how far a sheet's blend may be off the distance to it beside what it is bent by, in edges of the cell
 
 // Two loops, so that the rays of a group that runs in step look at their cells together, and what comes of it once all know.
 FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray, fm_float epsilon) {
@@ -279,7 +279,7 @@ FM_RULE fm_octree_met fm_closest_by_cells(fm_octree_head head, fm_octree_ray ray
             end.line = fm_vcp_line_of(sheet, u, ray.way);
             end.piece = fm_vcp_piece_of(end.line, stay, turned * last * inverse, slack, left <= on ? slack : 0.0f);
             last = turned * end.piece.at_high * size;
-            on = go.stay + FM_MAX(ray.nudge, FM_SIZE_OF(last) - FM_VCP_TRUST * size);
+            on = go.stay + FM_MAX(ray.nudge, FM_SIZE_OF(last) - (FM_VCP_TRUST + sheet.bent) * size);
         } else {
             fm_vcp_found found = fm_vcp_among_planes(fm_vcp_cell_of(head, go.words, leaf, size), u, ray.way, stay,
                                                      epsilon * inverse, size, sheet.corner == FM_VCP_SHEETS);

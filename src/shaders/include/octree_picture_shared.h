@@ -14,7 +14,11 @@
 
 #define FM_OCTREE_TILE 8         // pixels along the edge of a tile, which has a beam of its own
 #define FM_OCTREE_BEAM_STEPS 32  // at most
-#define FM_OCTREE_HOT_READS 64   // what the heat map shows brightest
+// Room that a beam leaves to its rays, for short steps are no better for a tile than for each: finest cells, at most this part of
+// the box's diagonal.
+#define FM_OCTREE_BEAM_ROOM 24.0f
+#define FM_OCTREE_BEAM_PART (1.0f / 64)
+#define FM_OCTREE_HOT_READS 64  // what the heat map shows brightest
 
 // Rays of a pixel besides the first: to the sun, reflected, inside, out again.
 #define FM_OCTREE_SECOND_RAYS 6

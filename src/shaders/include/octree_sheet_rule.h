@@ -75,6 +75,7 @@ FM_PUSH_STRUCT(fm_vcp_sheet) {
     fm_float rate[8];
     fm_int corner;     // whose vector is the longest; FM_VCP_SHEETS where they stand on several that are parallel
     fm_float against;  // below 0: that vector goes against the ray, and what is ahead is negative
+    fm_float bent;     // what the distances are off those of a sheet that curves evenly, at most
 };
 
 #define FM_VCP_ALIKE 0.5f  // the cosine to the longest vector that all others have at least, but for the sign, on one sheet
@@ -153,6 +154,7 @@ FM_RULE fm_vcp_sheet fm_vcp_sheet_of(fm_vcp_cell cell, fm_v3 u, fm_v3 way) {
         plane = fm_vcp_plane_with(plane, arm, i);
     }
     sheet.corner = fm_vcp_sheets(plane, sheet.corner);
+    sheet.bent = plane.bent;
     return sheet;
 }
 
@@ -178,6 +180,7 @@ FM_RULE fm_vcp_sheet fm_vcp_sheet_in(fm_octree_head head, fm_octree_eight words,
         plane = fm_vcp_plane_with(plane, arm, i);
     }
     sheet.corner = fm_vcp_sheets(plane, sheet.corner);
+    sheet.bent = plane.bent;
     return sheet;
 }
 
