@@ -2,8 +2,8 @@
 // Composing on Vulkan: one dispatch. The objects' table and the list of blocks go through an upload buffer.
 
 #include "gpu/compute.h"
-#include "mesh/compose.h"
 #include "gpu/flights.h"
+#include "mesh/compose.h"
 
 #include <string.h>
 
