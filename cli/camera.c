@@ -44,9 +44,8 @@ static double along(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-fm_camera camera_fit(fm_shape shape, double aspect, double yaw, double pitch, double fov) {
-    const double half[3] = {0.5 * shape.x, 0.5 * shape.y, 0.5 * shape.z};
-    const double middle[3] = {half[0] - 0.5, half[1] - 0.5, half[2] - 0.5};
+double camera_distance(const double low[3], const double high[3], const double target[3], double aspect, double yaw, double pitch,
+                       double fov) {
     double forward[3], up[3];
     direction(yaw, pitch, forward);
     direction(yaw, pitch + 90, up);
@@ -56,12 +55,18 @@ fm_camera camera_fit(fm_shape shape, double aspect, double yaw, double pitch, do
     for (int corner = 0; corner < 8; corner++) {
         double at[3];
         for (int i = 0; i < 3; i++) {
-            at[i] = corner >> i & 1 ? half[i] : -half[i];
+            at[i] = (corner >> i & 1 ? high[i] : low[i]) - target[i];
         }
-        const double high = fabs(along(at, up)) / slope, wide = fabs(along(at, right)) / (slope * aspect);
-        distance = fmax(distance, fmax(high, wide) - along(at, forward));
+        const double tall = fabs(along(at, up)) / slope, wide = fabs(along(at, right)) / (slope * aspect);
+        distance = fmax(distance, fmax(tall, wide) - along(at, forward));
     }
-    return camera_around(middle, 1.05 * distance, yaw, pitch, fov);
+    return 1.05 * distance;
+}
+
+fm_camera camera_fit(fm_shape shape, double aspect, double yaw, double pitch, double fov) {
+    const double low[3] = {-0.5, -0.5, -0.5}, high[3] = {shape.x - 0.5, shape.y - 0.5, shape.z - 0.5};
+    const double middle[3] = {0.5 * shape.x - 0.5, 0.5 * shape.y - 0.5, 0.5 * shape.z - 0.5};
+    return camera_around(middle, camera_distance(low, high, middle, aspect, yaw, pitch, fov), yaw, pitch, fov);
 }
 
 // Into the air above a place, at least `room` from all that is solid.

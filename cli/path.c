@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { PITCH = 4, FOV = 5 };
+enum { PITCH = 4, FOV = 5, AROUND_FOV = 60 };
 
 static void add(cli_args *args, path_options *o, double farthest, const char *camera) {
     o->farthest = farthest;
@@ -169,20 +169,23 @@ static camera_key between(const camera_key *keys, uint32_t count, double place) 
 }
 
 void camera_path_fit(camera_path *path, const double low[3], const double high[3], double aspect) {
+    enum { MOST_TURNS = 360 };
     if (path->camera_given || path->key_count) {
         return;
     }
-    double radius = 0;
-    for (int i = 0; i < 3; i++) {
-        const double extent = high[i] - low[i];
-        if (!path->around_given) {
-            path->around[i] = low[i] + 0.5 * extent;
-        }
-        radius += 0.25 * extent * extent;
+    for (int i = 0; i < 3 && !path->around_given; i++) {
+        path->around[i] = low[i] + 0.5 * (high[i] - low[i]);
     }
     path->around_given = true;
-    if (!(path->around[3] > 0)) {
-        path->around[3] = 0.85 * sqrt(radius) / (sin(30 * 3.14159265358979 / 180) * fmin(1, aspect));
+    if (path->around[3] > 0) {
+        return;
+    }
+    // The same for all of a path, so that the camera goes in a circle.
+    const uint32_t turns = path->frames < MOST_TURNS ? path->frames : MOST_TURNS;
+    for (uint32_t i = 0; i < turns; i++) {
+        const double yaw = path->around[4] + 360.0 * i / turns;
+        const double distance = camera_distance(low, high, path->around, aspect, yaw, path->around[5], AROUND_FOV);
+        path->around[3] = fmax(path->around[3], distance);
     }
 }
 
@@ -197,9 +200,9 @@ fm_camera camera_path_at(const camera_path *path, fm_shape shape, double aspect,
         return camera_look(path->camera.v, path->camera.v[3] + turn, path->camera.v[PITCH], path->camera.v[FOV]);
     }
     if (!path->around_given) {
-        return camera_fit(shape, aspect, 50 + turn, -32, 60);
+        return camera_fit(shape, aspect, 50 + turn, -32, AROUND_FOV);
     }
     const double longest = fmax(shape.x, fmax(shape.y, shape.z));
     const double *around = path->around;
-    return camera_around(around, around[3] > 0 ? around[3] : 0.6 * longest, around[4] + turn, around[5], 60);
+    return camera_around(around, around[3] > 0 ? around[3] : 0.6 * longest, around[4] + turn, around[5], AROUND_FOV);
 }

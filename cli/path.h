@@ -32,7 +32,7 @@ void path_options_add(cli_args *args, path_options *options);
 void path_options_add_mesh(cli_args *args, path_options *options);
 // False on bad usage, which has been said.
 bool path_options_read(const path_options *options, camera_path *path);
-// Where no camera is given: around the middle of a box, from where all of it is seen.
+// Where no camera is given: around the middle of a box, or --look-at's place, from where all of the box is seen.
 void camera_path_fit(camera_path *path, const double low[3], const double high[3], double aspect);
 // The camera of a frame, in a world of that shape; `aspect` is width over height.
 fm_camera camera_path_at(const camera_path *path, fm_shape shape, double aspect, uint32_t frame);
