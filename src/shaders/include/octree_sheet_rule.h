@@ -295,8 +295,9 @@ FM_RULE fm_float fm_vcp_root(fm_vcp_line line, fm_vcp_piece given) {
                                          : piece.low;
 }
 
-// The sheet's normal at a place, as its longest vector has it: the blend's gradient, which is nearer to the truth than a mean of
-// the corners' directions.
+// The sheet's normal at a place, as its longest vector has it: the blend of the corners' directions, which goes on from cell to
+// cell without a step, so that a surface is smooth however near it is looked at. Those of FM_GPU_SHORT are too coarse for that;
+// there it is the gradient of the blend of distances.
 FM_RULE fm_v3 fm_vcp_sheet_normal(fm_octree_head head, fm_octree_eight words, fm_uint leaf, fm_float size, fm_int longest,
                                   fm_v3 u) {
     fm_uint word = words.v[0];
@@ -313,7 +314,8 @@ FM_RULE fm_v3 fm_vcp_sheet_normal(fm_octree_head head, fm_octree_eight words, fm
         // How the corner's weight grows along the axes.
         fm_float x = 1 - FM_SIZE_OF(off.x), y = 1 - FM_SIZE_OF(off.y), z = 1 - FM_SIZE_OF(off.z);
         fm_v3 grows = fm_v3_of((i & 1) == 1 ? y * z : -y * z, (i >> 1 & 1) == 1 ? x * z : -x * z, i >> 2 == 1 ? x * y : -x * y);
-        sum = fm_add(sum, fm_less(fm_times(normal, 0.5f * x * y * z), fm_times(grows, value)));
+        fm_v3 slope = fm_less(fm_times(normal, 0.5f * x * y * z), fm_times(grows, value));
+        sum = fm_add(sum, head.code == FM_GPU_SHORT ? slope : fm_times(normal, x * y * z));
     }
     return fm_unit(sum);
 }
