@@ -201,14 +201,20 @@ static void check_ranges(fm_context *context) {
                                {{-3, 0.1f, 0.1f}, nan, {1, 0, 0}, infinite}, {{-3, 0.1f, 0.1f}, 0, {1, nan, 0}, infinite},
                                {{-3, 0.1f, 0.1f}, 0, {1, infinite, 0}, 1},   {{-0.5f, 0.1f, 0.1f}, 0, {-1, 0, 0}, infinite},
                                {{-0.53125f, 0, 0}, 0, {1, 0, 0}, infinite},  {{0, 0, 0}, 0, {0, 0, 1}, infinite},
-                               {{3, 1, 1}, 0, {-1, 0, 0}, infinite},         {{-3, -1, -1}, 0, {1, 0, 0}, infinite}};
-    const float wanted[] = {2.5f,     0.625f,   infinite, 3.5f, infinite, 2.5f, infinite, infinite,
-                            infinite, infinite, infinite, 0,    0.03125f, 0.5f, infinite, infinite};
+                               {{3, 1, 1}, 0, {-1, 0, 0}, infinite},         {{-3, -1, -1}, 0, {1, 0, 0}, infinite},
+                               {{-3, 0.1f, 0.1f}, 0, {1e-22f, 0, 0}, 1e30f}, {{-3, 0.1f, 0.1f}, 0, {1e-30f, 0, 0}, infinite},
+                               {{-3, 0.1f, 0.1f}, 0, {2e-37f, 0, 0}, 1e38f}, {{-3, 0.1f, 0.1f}, 0, {1e-30f, 0, 0}, 2e30f},
+                               {{-3, 0.1f, 0.1f}, 0, {1e17f, 0, 0}, 1},      {{-3, 0.1f, 0.1f}, 0, {1e-40f, 0, 0}, infinite}};
+    const float wanted[] = {2.5f,     0.625f,   infinite, 3.5f,     infinite, 2.5f,    infinite, infinite,
+                            infinite, infinite, infinite, 0,        0.03125f, 0.5f,    infinite, infinite,
+                            2.5e22f,  2.5e30f,  1.25e37f, infinite, 2.5e-17f, infinite};
     enum { FEW = sizeof few / sizeof *few };
     fm_octree_hit met[FEW];
     if (CHECK_OK(fm_octree_cast(octree, few, FEW, 0, met))) {
         for (int i = 0; i < FEW; i++) {
-            const bool good = isinf(wanted[i]) ? isinf(met[i].t) : fabsf(met[i].t - wanted[i]) < 2e-3f;
+            const bool good = isinf(wanted[i])
+                                  ? isinf(met[i].t)
+                                  : fabsf(met[i].t - wanted[i]) <= fmaxf(wanted[i] * 5e-4f, few[i].last == 1 ? 0 : 2e-3f);
             if (!CHECK(good)) {
                 fprintf(stderr, "    ray %d: t %g, wanted %g\n", i, (double)met[i].t, (double)wanted[i]);
             }

@@ -106,13 +106,92 @@ static void test_odd(fm_context *context) {
     CHECK_FAILS(fm_octree_build_mesh(mesh, &more, &octree), FM_ERROR_UNSUPPORTED);
     CHECK_FAILS(fm_octree_builder_create(context, &more, &builder), FM_ERROR_UNSUPPORTED);
     CHECK(strstr(fm_last_error(), "at most 67108864 are possible") != NULL && !octree && !builder);
-    const fm_octree_desc boxes_beyond[] = {{.size = 16, .low = {0, 0, 0}, .high = {3e18f, 1e18f, 1e18f}},
+    const fm_octree_desc boxes_beyond[] = {{.size = 16, .low = {-3e38f, -3e38f, -3e38f}, .high = {3e38f, 3e38f, 3e38f}},
+                                           {.size = 16, .low = {0, 0, 0}, .high = {3e18f, 1e18f, 1e18f}},
                                            {.size = 16, .low = {0, 0, 0}, .high = {1e-18f, 1e-18f, 1e-18f}},
                                            {.kind = FM_OCTREE_VOXELS, .low = {0, 0, 0}, .high = {1e-40f, 1e-40f, 1e-40f}}};
     for (size_t i = 0; i < sizeof boxes_beyond / sizeof *boxes_beyond; i++) {
         CHECK_FAILS(fm_octree_build_mesh(mesh, &boxes_beyond[i], &octree), FM_ERROR_INVALID_ARGUMENT);
         CHECK(strstr(fm_last_error(), "cells of") != NULL);
     }
+    fm_mesh_destroy(mesh);
+    scene_mesh_free(&sphere);
+}
+
+// --- Sheets, and what kinds keep ---
+
+// A sheet has no inside: rays must meet what AUTO makes of it, from both sides.
+static void test_sheet(fm_context *context) {
+    float vertices[][3] = {{-1, -1, 0.13f}, {1, -1, 0.13f}, {1, 1, 0.13f}, {-1, 1, 0.13f}};
+    uint32_t triangles[][3] = {{0, 1, 2}, {0, 2, 3}};
+    const scene_mesh quad = {vertices, triangles, 4, 2};
+    const fm_octree_kind kinds[] = {FM_OCTREE_DISTANCE, FM_OCTREE_BRICKS};
+    const fm_mesh_desc what = scene_mesh_describe(&quad);
+    fm_mesh *mesh = NULL;
+    if (!CHECK_OK(fm_mesh_create(context, &what, &mesh))) {
+        return;
+    }
+    for (int k = 0; k < 2; k++) {
+        const fm_octree_desc desc = {.kind = kinds[k], .size = 107};
+        fm_octree *octree = NULL;
+        enum { RAYS = 300 };
+        fm_mesh_ray rays[RAYS];
+        fm_octree_hit hits[RAYS];
+        uint64_t seed = 3;
+        for (int i = 0; i < RAYS; i++) {
+            const float side = i % 2 ? 1 : -1;
+            rays[i] = (fm_mesh_ray){{(float)tree_uniform(&seed) * 1.8f - 0.9f, (float)tree_uniform(&seed) * 1.8f - 0.9f, 2 * side},
+                                    0,
+                                    {0.01f, 0.02f, -side},
+                                    INFINITY};
+        }
+        int missed = 0;
+        if (CHECK_OK(fm_octree_build_mesh(mesh, &desc, &octree)) && CHECK_OK(fm_octree_cast(octree, rays, RAYS, 0, hits))) {
+            CHECK(octree->info.sign == FM_SIGN_NONE);
+            for (int i = 0; i < RAYS; i++) {
+                const double wanted = 2 - (i % 2 ? 1 : -1) * 0.13;
+                missed += !(fabs((double)hits[i].t - wanted) < octree->info.cell);
+            }
+            printf("a sheet of kind %d: %d of %d rays miss it\n", (int)kinds[k], missed, RAYS);
+            CHECK(missed == 0);
+        }
+        fm_octree_destroy(octree);
+    }
+    fm_mesh_destroy(mesh);
+}
+
+static void test_attributes(fm_context *context) {
+    scene_mesh sphere = scene_mesh_sphere(5, 6, CENTRE, 1);
+    uint8_t colors[64][4] = {{0}};
+    float texture[64][2] = {{0}};
+    const fm_mesh_desc what = scene_mesh_describe(&sphere);
+    fm_mesh *mesh = NULL;
+    CHECK(sphere.vertex_count <= 64);
+    CHECK_OK(fm_mesh_create(context, &what, &mesh));
+    for (int kind = 0; mesh && kind < FM_OCTREE_KINDS; kind++) {
+        const bool all = kind == FM_OCTREE_CLOSEST;
+        const bool numbers = kind == FM_OCTREE_VOXELS || kind == FM_OCTREE_CONTOURS || kind == FM_OCTREE_TREE64;
+        for (int attribute = 0; attribute <= FM_OCTREE_TEXTURE; attribute++) {
+            const fm_octree_desc desc = {.kind = (fm_octree_kind)kind,
+                                         .size = 12,
+                                         .attribute = (fm_octree_attribute)attribute,
+                                         .colors = (const uint8_t(*)[4])colors,
+                                         .texture = (const float(*)[2])texture};
+            fm_octree *octree = NULL;
+            if (attribute == FM_OCTREE_PLAIN || all || (numbers && attribute != FM_OCTREE_TEXTURE)) {
+                CHECK_OK(fm_octree_build_mesh(mesh, &desc, &octree));
+                CHECK(octree && octree->info.attribute == desc.attribute);
+            } else {
+                CHECK_FAILS(fm_octree_build_mesh(mesh, &desc, &octree), FM_ERROR_INVALID_ARGUMENT);
+                CHECK(!octree && strstr(fm_last_error(), "FM_OCTREE_CLOSEST keeps all") != NULL);
+            }
+            fm_octree_destroy(octree);
+        }
+    }
+    const fm_octree_desc streamed = {
+        .kind = FM_OCTREE_DISTANCE, .size = 12, .high = {1, 1, 1}, .sign = FM_SIGN_NONE, .attribute = FM_OCTREE_TRIANGLE};
+    fm_octree_builder *builder = NULL;
+    CHECK_FAILS(fm_octree_builder_create(context, &streamed, &builder), FM_ERROR_INVALID_ARGUMENT);
     fm_mesh_destroy(mesh);
     scene_mesh_free(&sphere);
 }
@@ -230,6 +309,8 @@ int main(void) {
         return check_summary();
     }
     test_odd(context);
+    test_sheet(context);
+    test_attributes(context);
     test_merged(context);
     test_memory();
     fm_context_destroy(context);

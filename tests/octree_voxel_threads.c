@@ -105,9 +105,13 @@ static void check_meshes(void) {
         const fm_mesh_desc described = scene_mesh_describe(meshes[m]);
         for (int k = 0; k < GRID_KINDS; k++) {
             check_build("a mesh", build_mesh, &described, &(fm_octree_desc){.kind = grid_kinds[k], .size = 150});
+            const bool colorless = grid_kinds[k] == FM_OCTREE_DAG;
             check_build("a mesh", build_mesh, &described,
-                        &(fm_octree_desc){
-                            .kind = grid_kinds[k], .size = 260, .attribute = FM_OCTREE_TRIANGLE, .top_bytes = 64, .threshold = -1});
+                        &(fm_octree_desc){.kind = grid_kinds[k],
+                                          .size = 260,
+                                          .attribute = colorless ? FM_OCTREE_PLAIN : FM_OCTREE_TRIANGLE,
+                                          .top_bytes = 64,
+                                          .threshold = -1});
         }
     }
     scene_mesh_free(&fine);

@@ -77,10 +77,13 @@ typedef struct fm_octree_desc {
     // enough), by the closest points of their corners; and of CLOSEST leaves become one where the surface that rays find, not the
     // vectors, stays where it is within the threshold. Thin octrees are the smallest, not for rays that go sample by sample.
     float band;
-    bool share;                     // CLOSEST, DISTANCE: identical subtrees and leaves are kept once
-    uint64_t top_bytes;             // of the top grid at most; 0: 1 MiB, of voxels 2 KiB
-    fm_sign sign;                   // DISTANCE, BRICKS
-    fm_octree_attribute attribute;  // CLOSEST; VOXELS, CONTOURS and TREE64 of a mesh, but for TEXTURE
+    bool share;          // CLOSEST, DISTANCE: identical subtrees and leaves are kept once
+    uint64_t top_bytes;  // of the top grid at most; 0: 1 MiB, of voxels 2 KiB
+    // DISTANCE, BRICKS. AUTO is NONE for a mesh that is open (it has edges of one triangle or misoriented ones, or dropped
+    // triangles; fm_mesh_info), or a sheet would not be seen: where a mesh has few holes and its inside matters, ask for
+    // FM_SIGN_WINDING. fm_octree_info tells what was chosen
+    fm_sign sign;
+    fm_octree_attribute attribute;  // CLOSEST; VOXELS, CONTOURS and TREE64 of a mesh, but for TEXTURE; others have PLAIN alone
     const uint8_t (*colors)[4];     // COLOR: of each vertex
     const float (*texture)[2];      // TEXTURE: of each vertex
     // Streamed builds: where triangles wait that memory does not hold. NULL: the system's folder for temporary files
@@ -123,17 +126,16 @@ FM_API void fm_octree_describe(const fm_octree *octree, fm_octree_info *info);  
 
 // Builds an octree of any kind from a mesh in the mesh's context. Voxels are those that the surface touches (FM_SEPARATION_26), and
 // their number is 182, a grey of worlds, that of a triangle there and 1 (FM_OCTREE_TRIANGLE), or its colour, red in the lowest bits
-// (FM_OCTREE_COLOR). `desc` NULL: the defaults. Members that are said to be of other kinds are of no effect. A mesh without a
-// triangle makes an octree that no ray meets. On Vulkan the device builds FM_OCTREE_CLOSEST by FM_OCTREE_EXACT, without attributes
-// or with triangles, of bands from 1 on, as far as half of its memory goes; the processor builds all others. Its octree is the
-// processor's but where
-// rounding decides: which of two places that are equally far is nearest, and deviations at the threshold. Bounds of empty leaves
-// may differ, too, and `code_error` is that of a sample where there are many vectors. Errors: FM_ERROR_INVALID_ARGUMENT for NULL,
-// sizes and enumerators out of range, a box without volume, with a face beyond 2^61 or of cells below 2^-60, whose floats overflow
-// or vanish, attributes without their arrays; FM_ERROR_UNSUPPORTED for more nodes or leaves than their numbers hold, and for
-// CLOSEST, DISTANCE and BRICKS in a box of more than 2^26 chunks of 128^3 cells (as a cube: a size above 51,968), which
-// fm_octree_write_parts divides; FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST,
-// FM_ERROR_INTERNAL.
+// (FM_OCTREE_COLOR). `desc` NULL: the defaults. Members that are said to be of other kinds are of no effect, but for `attribute`. A
+// mesh without a triangle makes an octree that no ray meets. On Vulkan the device builds FM_OCTREE_CLOSEST by FM_OCTREE_EXACT,
+// without attributes or with triangles, of bands from 1 on, as far as half of its memory goes; the processor builds all others. Its
+// octree is the processor's but where rounding decides: which of two places that are equally far is nearest, and deviations at the
+// threshold. Bounds of empty leaves may differ, too, and `code_error` is that of a sample where there are many vectors. Errors:
+// FM_ERROR_INVALID_ARGUMENT for NULL, sizes and enumerators out of range, a box without volume, with a face beyond 2^61 or of cells
+// below 2^-60, whose floats overflow or vanish, attributes without their arrays or of kinds that do not keep them;
+// FM_ERROR_UNSUPPORTED for more nodes or leaves than their numbers hold, and for CLOSEST, DISTANCE and BRICKS in a box of more than
+// 2^26 chunks of 128^3 cells (as a cube: a size above 51,968), which fm_octree_write_parts divides; FM_ERROR_OUT_OF_HOST_MEMORY,
+// FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL.
 FM_API fm_result fm_octree_build_mesh(fm_mesh *mesh, const fm_octree_desc *desc, fm_octree **octree);
 
 // Builds one from triangles that come piece by piece, so that the mesh need not fit into memory: each is kept for every chunk of
@@ -177,8 +179,8 @@ typedef struct fm_voxel_source {
 // Voxel (x, y, z) is the finest cell (x, y, z); origin is -0.5, -0.5, -0.5 and a cell 1, so that cameras of a world fit. Of `desc`
 // count `kind`, which has to be given, for 0 is none of these, `top_bytes`, and of CONTOURS whether `threshold` is below 0: their
 // contours are those of cells of more than one voxel, around the voxels in them. A world's voxels are taken as they are in its
-// memory: edits that are queued are not seen, and its distance field does not matter. On Vulkan they come to the host in slabs of
-// 64 rows. Errors: as fm_octree_build_mesh; FM_ERROR_INVALID_ARGUMENT for a `read` that is NULL and a shape out of range;
+// memory: edits are seen only after fm_world_update, and its distance field does not matter. On Vulkan they come to the host in
+// slabs of 64 rows. Errors: as fm_octree_build_mesh; FM_ERROR_INVALID_ARGUMENT for a `read` that is NULL and a shape out of range;
 // FM_ERROR_UNSUPPORTED for other kinds; what `read` returns.
 FM_API fm_result fm_octree_build_voxels(fm_context *context, const fm_voxel_source *source, const fm_octree_desc *desc,
                                         fm_octree **octree);
@@ -208,12 +210,12 @@ typedef struct fm_octree_hit {
 // The first hit of each ray at `first` <= t <= `last`, t in lengths of its direction, which need not be 1. `epsilon`: how near to
 // the surface of CLOSEST, and of DISTANCE without a sign, counts as on it, in finest cells; 0: 0.1. Below 0: rays through CLOSEST
 // and DISTANCE go as published, sample by sample, with -epsilon. `count` 0 is fine; a ray that is not finite meets nothing, nor
-// does one that has not met anything after 2^17 reads of nodes of VOXELS, CONTOURS, DAG or TREE64, or 2^14 steps through CLOSEST or
-// DISTANCE. A ray that begins inside of solid voxels or on the surface has met it. On Vulkan rays go to the device and hits back in
-// pieces, and the call waits; an octree that has changed is brought there first. The octree does not change for the caller. Errors:
-// FM_ERROR_INVALID_ARGUMENT for NULL (`rays` and `hits` may be where `count` is 0) or an epsilon that is not finite;
-// FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY, FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL. Source: Demir and Westermann
-// 2015, sections 2 and 4.2.
+// does one whose direction has no component of 1e-37 or more, nor one that has not met anything after 2^17 reads of nodes of
+// VOXELS, CONTOURS, DAG or TREE64, or 2^14 steps through CLOSEST or DISTANCE. A ray that begins inside of solid voxels or on the
+// surface has met it. On Vulkan rays go to the device and hits back in pieces, and the call waits; an octree that has changed is
+// brought there first. The octree does not change for the caller. Errors: FM_ERROR_INVALID_ARGUMENT for NULL (`rays` and `hits` may
+// be where `count` is 0) or an epsilon that is not finite; FM_ERROR_OUT_OF_HOST_MEMORY, FM_ERROR_OUT_OF_DEVICE_MEMORY,
+// FM_ERROR_DEVICE_LOST, FM_ERROR_INTERNAL. Source: Demir and Westermann 2015, sections 2 and 4.2.
 FM_API fm_result fm_octree_cast(fm_octree *octree, const fm_mesh_ray *rays, uint32_t count, float epsilon, fm_octree_hit *hits);
 
 // ---------------------------------------------------------------------------------------------------------------------------

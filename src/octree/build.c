@@ -212,12 +212,20 @@ static fm_result build_leaves(fm_mesh *mesh, const fm_octree_desc *desc, const d
 
 // --- The call ---
 
-static fm_result check_attribute(fm_octree_desc *desc) {
+fm_result fm_octree_check_attribute(const fm_octree_desc *desc) {
     const fm_voxel_kind *voxels = fm_voxel_kind_of(desc->kind);
     const bool numbers = voxels && !voxels->colorless && desc->attribute != FM_OCTREE_TEXTURE;
-    if (desc->kind != FM_OCTREE_CLOSEST && !numbers) {
-        desc->attribute = FM_OCTREE_PLAIN;
+    if (desc->attribute != FM_OCTREE_PLAIN && desc->kind != FM_OCTREE_CLOSEST && !numbers) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT,
+                       "attribute is %d with kind %d: FM_OCTREE_CLOSEST keeps all, _VOXELS, _CONTOURS and _TREE64 keep "
+                       "FM_OCTREE_TRIANGLE and _COLOR, the others only FM_OCTREE_PLAIN",
+                       (int)desc->attribute, (int)desc->kind);
     }
+    return FM_OK;
+}
+
+static fm_result check_attribute(const fm_octree_desc *desc) {
+    FM_TRY(fm_octree_check_attribute(desc));
     if (desc->attribute == FM_OCTREE_COLOR && !desc->colors) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "colors is NULL: attribute FM_OCTREE_COLOR needs one of each vertex");
     }
@@ -231,6 +239,15 @@ static fm_result check_sign(fm_mesh *mesh, fm_octree_desc *desc) {
     if (desc->kind != FM_OCTREE_DISTANCE && desc->kind != FM_OCTREE_BRICKS) {
         desc->sign = FM_SIGN_NONE;
         return FM_OK;
+    }
+    // A sheet has no inside: winding numbers reach 1/2 nowhere, and unlike a field an octree of the outside alone shows nothing.
+    if (desc->sign == FM_SIGN_AUTO) {
+        fm_mesh_info what;
+        FM_TRY(fm_mesh_describe(mesh, &what));
+        if (what.boundary > 0 || what.misoriented > 0 || what.dropped > 0) {
+            desc->sign = FM_SIGN_NONE;
+            return FM_OK;
+        }
     }
     fm_sdf_info resolved;
     FM_TRY(fm_sign_resolve(mesh, desc->sign, &resolved));

@@ -170,6 +170,8 @@ fm_result fm_octree_build_begin(fm_octree_build *build, const double low[3], con
 fm_result fm_octree_build_run(fm_octree_build *build);
 void fm_octree_build_end(fm_octree_build *build);
 fm_result fm_octree_box_of(fm_mesh *mesh, const fm_octree_desc *desc, double low[3], double high[3]);
+// Whether the kind keeps the attribute.
+fm_result fm_octree_check_attribute(const fm_octree_desc *desc);
 fm_result fm_octree_given_box(const fm_octree_desc *desc, double low[3], double high[3]);
 // What a build ends with: the arrays are counted and, where the descriptor says so, shared.
 fm_result fm_octree_finish(fm_octree *octree);

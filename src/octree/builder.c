@@ -76,6 +76,7 @@ fm_result fm_octree_builder_create(fm_context *context, const fm_octree_desc *de
     fm_octree_desc filled;
     double low[3], high[3];
     FM_TRY(fm_octree_check_desc(desc, &filled));
+    FM_TRY(fm_octree_check_attribute(&filled));
     FM_TRY(check_builder(&filled));
     FM_TRY(fm_octree_given_box(&filled, low, high));
     fm_octree_builder *builder = fm_alloc_zero(&context->allocator, sizeof *builder, "an octree's builder");
@@ -85,7 +86,6 @@ fm_result fm_octree_builder_create(fm_context *context, const fm_octree_desc *de
     builder->start = fm_now_ns();
     builder->desc = filled;
     builder->desc.sign = FM_SIGN_NONE;
-    builder->desc.attribute = filled.kind == FM_OCTREE_CLOSEST ? filled.attribute : FM_OCTREE_PLAIN;
     builder->build = (fm_octree_build){
         .context = context, .desc = &builder->desc, .sign = FM_SIGN_NONE, .soup_of = soup_of_spill, .user = builder};
     const uint32_t bytes = has_paint(builder) ? sizeof(record) : offsetof(record, paint);

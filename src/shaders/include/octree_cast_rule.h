@@ -40,13 +40,19 @@ FM_RULE bool fm_octree_is_place(fm_v3 at) {
     return FM_SIZE_OF(at.x) < 1e18f && FM_SIZE_OF(at.y) < 1e18f && FM_SIZE_OF(at.z) < 1e18f;
 }
 
-// `way` of any length above 0, in which `first`, `last` and the answer's t count. What is no ray meets nothing.
+// The shortest way that rays may have along an axis: its inverse is a number that all devices have.
+const fm_float FM_CAST_SHORTEST = 1e-37f;
+
+// `way` of any length, in which `first`, `last` and the answer's t count. What is no ray meets nothing.
 FM_RULE fm_octree_met fm_cast_ray(fm_octree_head head, fm_v3 origin, fm_v3 way, fm_float first, fm_float last, fm_float epsilon) {
-    fm_float length = fm_octree_length(way);
-    if (!(fm_octree_is_place(origin) && fm_octree_is_place(way) && length > 0 && first <= last)) {
+    // The squares of what is short vanish.
+    fm_float most = FM_MAX(FM_MAX(FM_SIZE_OF(way.x), FM_SIZE_OF(way.y)), FM_SIZE_OF(way.z));
+    if (!(fm_octree_is_place(origin) && fm_octree_is_place(way) && most >= FM_CAST_SHORTEST && first <= last)) {
         return fm_octree_nothing();
     }
-    fm_octree_met met = fm_cast_octree(head, origin, fm_times(way, 1 / length), first * length, last * length, epsilon);
+    fm_v3 scaled = fm_times(way, 1 / most);
+    fm_float rest = fm_octree_length(scaled), length = most * rest;
+    fm_octree_met met = fm_cast_octree(head, origin, fm_times(scaled, 1 / rest), first * length, last * length, epsilon);
     met.t = met.t / length;
     return met;
 }
