@@ -40,8 +40,7 @@ FM_RULE bool fm_octree_is_place(fm_v3 at) {
     return FM_SIZE_OF(at.x) < 1e18f && FM_SIZE_OF(at.y) < 1e18f && FM_SIZE_OF(at.z) < 1e18f;
 }
 
-// The shortest way that rays may have along an axis: its inverse is a number that all devices have.
-const fm_float FM_CAST_SHORTEST = 1e-37f;
+#define FM_CAST_SHORTEST 1e-37f  // that ways may be along their longest axis: its inverse is a number that all devices have
 
 // `way` of any length, in which `first`, `last` and the answer's t count. What is no ray meets nothing.
 FM_RULE fm_octree_met fm_cast_ray(fm_octree_head head, fm_v3 origin, fm_v3 way, fm_float first, fm_float last, fm_float epsilon) {
