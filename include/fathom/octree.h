@@ -243,6 +243,19 @@ typedef struct fm_octree_parts {
 // both, FM_ERROR_INVALID_ARGUMENT also for more parts or coarse cells than `size`, and for more parts than a file holds.
 FM_API fm_result fm_octree_write_parts(fm_mesh *mesh, const fm_octree_desc *desc, const fm_octree_parts *parts, const char *path);
 
+typedef struct fm_octree_parts_info {
+    uint32_t along[3];  // parts along the axes
+    uint32_t filled;    // of all parts those that hold some of the surface: the others are not in the file
+    uint32_t cells;     // finest ones along a part's edge
+    double cell;        // the finest
+    uint64_t bytes;     // of the parts in the file
+} fm_octree_parts_info;
+// Tells of the parts of such a file, which must be one that can be read in any order and is not gzipped. The list of parts is
+// checked; with `check`, every part is read and checked as fm_octree_read checks an octree, one at a time. `info` is set on success
+// only. Errors: FM_ERROR_INVALID_ARGUMENT for NULL; FM_ERROR_IO; FM_ERROR_FORMAT, also for a file without parts, the message says
+// which part is damaged; FM_ERROR_OUT_OF_HOST_MEMORY.
+FM_API fm_result fm_octree_describe_parts(fm_context *context, const char *path, bool check, fm_octree_parts_info *info);
+
 #ifdef __cplusplus
 }
 #endif

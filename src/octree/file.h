@@ -109,6 +109,11 @@ fm_result fm_fmo_read_at(int file, uint64_t offset, void *target, uint64_t bytes
 fm_result fm_fmo_read_header(int file, uint64_t bytes, const char *name, fm_fmo_header *header);
 fm_result fm_fmo_read_coarse(fm_context *context, int file, const fm_fmo_header *header, const char *name, fm_octree **octree);
 fm_result fm_fmo_read_directory(int file, uint64_t file_bytes, const fm_fmo_header *header, const char *name, fm_fmo_part *rows);
+// Reads a part into `image`, of the row's bytes, and checks it: that it is the one that the row tells of, of the kind, code and
+// attributes of `like`, covers its cube of `grid`, and all that fm_fmo_check_image does. `marks`: as many bytes as the image, which
+// need not be 0. `numbers` get the octree, whose arrays are in the image. Any thread may call it.
+fm_result fm_fmo_read_part(int file, uint64_t part, const fm_fmo_part *row, const fm_octree_grid *grid, const fm_octree_info *like,
+                           const char *name, uint8_t *image, uint8_t *marks, fm_octree *numbers);
 
 // validate.c: whether rays can go through the octree without leaving its arrays or its levels; what is wrong is FM_ERROR_FORMAT.
 fm_result fm_octree_validate(const fm_octree *octree, uint8_t *marks);

@@ -8,8 +8,11 @@
 #include "mesh/mesh.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -248,4 +251,136 @@ fm_result fm_fmo_read_directory(int file, uint64_t file_bytes, const fm_fmo_head
         }
     }
     return FM_OK;
+}
+
+static bool alike(const fm_octree_info *a, const fm_octree_info *b) {
+    return a->kind == b->kind && a->code == b->code && a->attribute == b->attribute && a->sign == b->sign;
+}
+
+// Whether a part's box is its cube and no more than a border of cells around it.
+static bool in_place(const fm_octree_grid *grid, uint64_t part, const fm_octree_info *info) {
+    enum { MOST_BORDER = 8 };
+    const double edge = (double)grid->size;
+    const uint64_t x = (uint64_t)grid->count[0], y = (uint64_t)grid->count[1];
+    const uint64_t place[3] = {part % x, part / x % y, part / x / y};
+    bool good = true;
+    for (int axis = 0; axis < 3; axis++) {
+        const double low = (double)grid->origin[axis] + (double)place[axis] * edge, high = low + edge;
+        const double slack = 1e-3 * edge + 1e-5 * fmax(fabs(low), fabs(high)), border = MOST_BORDER * info->cell + slack;
+        const double below = low - (double)info->low[axis], above = (double)info->high[axis] - high;
+        good = good && below >= -slack && below <= border && above >= -slack && above <= border;
+    }
+    return good;
+}
+
+fm_result fm_fmo_read_part(int file, uint64_t part, const fm_fmo_part *row, const fm_octree_grid *grid, const fm_octree_info *like,
+                           const char *name, uint8_t *image, uint8_t *marks, fm_octree *numbers) {
+    char place[200];
+    fm_fmo_header header;
+    snprintf(place, sizeof place, "%.150s: part %llu", name, (unsigned long long)part);
+    FM_TRY(fm_fmo_read_at(file, row->offset, image, row->bytes, place));
+    FM_TRY(fm_fmo_open_image(image, row->bytes, place, numbers, &header));
+    if (header.header_sum != row->header_sum || header.image_bytes != row->bytes || !alike(&numbers->info, like)) {
+        return fm_fail(FM_ERROR_FORMAT, "%s: is not the one that the directory tells of: the file is damaged", place);
+    }
+    if (!in_place(grid, part, &numbers->info)) {
+        return fm_fail(FM_ERROR_FORMAT, "%s: its box is not that of its place among the parts: the file is damaged", place);
+    }
+    memset(marks, 0, fm_octree_marks(numbers));
+    return fm_fmo_check_image(image, place, numbers, marks);
+}
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// Description
+// ---------------------------------------------------------------------------------------------------------------------------
+
+typedef struct survey {
+    const char *name;
+    int file;
+    uint64_t bytes, count, most;  // of the file; parts; of the largest one
+    fm_fmo_header header;
+    fm_fmo_part *rows;
+} survey;
+
+static fm_result open_survey(survey *s) {
+    struct stat status;
+    s->file = open(s->name, O_RDONLY | O_CLOEXEC);
+    if (s->file < 0 || fstat(s->file, &status) != 0) {
+        return fm_fail(FM_ERROR_IO, "%s: cannot open: %s", s->name, strerror(errno));
+    }
+    if (!S_ISREG(status.st_mode)) {
+        return fm_fail(FM_ERROR_IO, "%s: is no file that can be read in any order: copy what it gives into one", s->name);
+    }
+    s->bytes = (uint64_t)status.st_size;
+    FM_TRY(fm_fmo_read_header(s->file, s->bytes, s->name, &s->header));
+    if (s->header.parts[0] == 0) {
+        return fm_fail(FM_ERROR_FORMAT, "%s: has no parts: fm_octree_write_parts writes files with parts", s->name);
+    }
+    s->count = (uint64_t)s->header.parts[0] * s->header.parts[1] * s->header.parts[2];
+    return FM_OK;
+}
+
+static fm_result survey_rows(fm_context *context, survey *s, fm_octree_parts_info *info) {
+    s->rows = fm_octree_alloc(context, s->count * sizeof *s->rows, "the directory of parts");
+    if (!s->rows) {
+        return FM_ERROR_OUT_OF_HOST_MEMORY;
+    }
+    FM_TRY(fm_fmo_read_directory(s->file, s->bytes, &s->header, s->name, s->rows));
+    *info = (fm_octree_parts_info){.cells = s->header.part_cells, .cell = s->header.part_edge / s->header.part_cells};
+    memcpy(info->along, s->header.parts, sizeof info->along);
+    for (uint64_t part = 0; part < s->count; part++) {
+        const uint64_t bytes = s->rows[part].bytes;
+        info->filled += bytes > 0;
+        info->bytes += bytes;
+        s->most = fm_max_u64(s->most, bytes);
+    }
+    return FM_OK;
+}
+
+static fm_result check_rows(const survey *s, uint8_t *image, uint8_t *marks) {
+    const fm_fmo_header *h = &s->header;
+    const fm_octree_info like = {.kind = (fm_octree_kind)h->kind,
+                                 .code = (fm_octree_code)h->code,
+                                 .attribute = (fm_octree_attribute)h->attribute,
+                                 .sign = (fm_sign)h->sign};
+    fm_octree_grid grid = {.size = (float)h->part_edge};
+    for (int axis = 0; axis < 3; axis++) {
+        grid.count[axis] = (int32_t)h->parts[axis];
+        grid.origin[axis] = h->low[axis];
+    }
+    for (uint64_t part = 0; part < s->count; part++) {
+        fm_octree numbers;
+        if (s->rows[part].bytes > 0) {
+            FM_TRY(fm_fmo_read_part(s->file, part, &s->rows[part], &grid, &like, s->name, image, marks, &numbers));
+        }
+    }
+    return FM_OK;
+}
+
+static fm_result check_parts(fm_context *context, const survey *s) {
+    uint8_t *image = fm_octree_alloc(context, s->most, "a part of an octree");
+    uint8_t *marks = fm_octree_alloc(context, s->most, "the check of an octree");
+    const fm_result result = image && marks ? check_rows(s, image, marks) : FM_ERROR_OUT_OF_HOST_MEMORY;
+    fm_octree_free(context, marks, s->most);
+    fm_octree_free(context, image, s->most);
+    return result;
+}
+
+fm_result fm_octree_describe_parts(fm_context *context, const char *path, bool check, fm_octree_parts_info *info) {
+    if (!context || !path || !info) {
+        return fm_fail(FM_ERROR_INVALID_ARGUMENT, "%s is NULL", !context ? "context" : !path ? "path" : "info");
+    }
+    survey s = {.name = path, .file = -1};
+    fm_octree_parts_info found;
+    fm_result result = open_survey(&s);
+    result = result == FM_OK ? survey_rows(context, &s, &found) : result;
+    result = result == FM_OK && check && found.filled > 0 ? check_parts(context, &s) : result;
+    if (result == FM_OK) {
+        *info = found;
+    }
+    fm_octree_free(context, s.rows, s.count * sizeof *s.rows);
+    if (s.file >= 0) {
+        close(s.file);
+    }
+    return result;
 }

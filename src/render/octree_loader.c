@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "render/octree_loader.h"
 
-#include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <string.h>
@@ -23,44 +22,6 @@ struct fm_octree_loader {
     uint64_t taken, next, end;
 };
 
-static bool alike(const fm_octree_info *a, const fm_octree_info *b) {
-    return a->kind == b->kind && a->code == b->code && a->attribute == b->attribute && a->sign == b->sign;
-}
-
-// Whether a part's box is its cube and no more than a border of cells around it.
-static bool in_place(const fm_octree_grid *grid, uint64_t part, const fm_octree_info *info) {
-    enum { MOST_BORDER = 8 };
-    const double edge = (double)grid->size;
-    const uint64_t x = (uint64_t)grid->count[0], y = (uint64_t)grid->count[1];
-    const uint64_t place[3] = {part % x, part / x % y, part / x / y};
-    bool good = true;
-    for (int axis = 0; axis < 3; axis++) {
-        const double low = (double)grid->origin[axis] + (double)place[axis] * edge, high = low + edge;
-        const double slack = 1e-3 * edge + 1e-5 * fmax(fabs(low), fabs(high)), border = MOST_BORDER * info->cell + slack;
-        const double below = low - (double)info->low[axis], above = (double)info->high[axis] - high;
-        good = good && below >= -slack && below <= border && above >= -slack && above <= border;
-    }
-    return good;
-}
-
-static fm_result read_part(const fm_octree_loader *loader, fm_octree_load *load) {
-    char name[200];
-    fm_fmo_header header;
-    snprintf(name, sizeof name, "%.150s: part %llu", loader->name, (unsigned long long)load->part);
-    FM_TRY(fm_fmo_read_at(loader->file, load->row.offset, load->image, load->row.bytes, name));
-    FM_TRY(fm_fmo_open_image(load->image, load->row.bytes, name, &load->numbers, &header));
-    if (header.header_sum != load->row.header_sum || header.image_bytes != load->row.bytes ||
-        !alike(&load->numbers.info, &loader->like)) {
-        return fm_fail(FM_ERROR_FORMAT, "%s: is not the one that the directory tells of: the file is damaged", name);
-    }
-    if (!in_place(&loader->grid, load->part, &load->numbers.info)) {
-        return fm_fail(FM_ERROR_FORMAT, "%s: its box is not that of its place among the parts: the file is damaged", name);
-    }
-    const uint64_t marks = fm_octree_marks(&load->numbers);
-    memset(loader->marks, 0, marks);
-    return fm_fmo_check_image(load->image, name, &load->numbers, loader->marks);
-}
-
 static void *work(void *user) {
     fm_octree_loader *loader = user;
     pthread_mutex_lock(&loader->lock);
@@ -71,7 +32,8 @@ static void *work(void *user) {
         }
         fm_octree_load *load = &loader->loads[loader->next % FM_LOADS];
         pthread_mutex_unlock(&loader->lock);
-        load->result = read_part(loader, load);
+        load->result = fm_fmo_read_part(loader->file, load->part, &load->row, &loader->grid, &loader->like, loader->name,
+                                        load->image, loader->marks, &load->numbers);
         if (load->result != FM_OK) {
             snprintf(load->message, sizeof load->message, "%s", fm_last_error());
         }
