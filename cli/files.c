@@ -20,6 +20,39 @@ bool files_is_pipe(const char *path) {
     return strcmp(path, "-") == 0;
 }
 
+bool files_begins(const char *path, const char *bytes, size_t count) {
+    char start[16];
+    struct stat status;
+    if (files_is_pipe(path) || count > sizeof start || stat(path, &status) != 0 || !S_ISREG(status.st_mode)) {
+        return false;
+    }
+    FILE *file = fopen(path, "rb");
+    const bool same = file && fread(start, 1, count, file) == count && memcmp(start, bytes, count) == 0;
+    if (file) {
+        fclose(file);
+    }
+    return same;
+}
+
+static bool ends_in(const char *path, const char *ending) {
+    const size_t length = strlen(path), count = strlen(ending);
+    return length > count && strcasecmp(path + length - count, ending) == 0;
+}
+
+bool files_is_octree(const char *path) {
+    const bool named = ends_in(path, ".fmo") || ends_in(path, ".fmo.gz");
+    return files_begins(path,
+                        "\x89"
+                        "FMO",
+                        4) ||
+           (named && access(path, F_OK) == 0);
+}
+
+int files_tell_octree(const char *path, const char *instead_of) {
+    return cli_fail("%s: it is an octree, not %s: fathom octree info describes it, and fathom octree render draws it", path,
+                    instead_of);
+}
+
 void files_input_add(cli_args *args, files_input *input) {
     static char formats[300], list[256];
     snprintf(formats, sizeof formats, "read as one of %s", cli_list(cli_format_words, list));
@@ -70,6 +103,9 @@ int files_read(const char *path, const fm_read_desc *desc, bool quiet, fm_volume
     told.progress_user = &bar;
     fm_result result = fm_file_read(NULL, path, &told, volume, info);
     progress_end(&bar);
+    if (result != FM_OK && desc->format == FM_FORMAT_AUTO && files_is_octree(path)) {
+        return files_tell_octree(path, "a volume");
+    }
     if (result != FM_OK && desc->format == FM_FORMAT_AUTO && fm_mesh_format_of(path) != FM_MESH_FORMAT_AUTO) {
         return cli_fail("%s: it is a mesh, not a volume: make one of it with fathom sdf or fathom voxelize", path);
     }

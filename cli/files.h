@@ -31,6 +31,12 @@ int files_write(const char *path, const fm_volume *volume, const fm_write_desc *
 int files_write_text(const char *path, const char *text, size_t size);
 
 bool files_is_pipe(const char *path);
+// A file that can be read in any order and begins with these bytes.
+bool files_begins(const char *path, const char *bytes, size_t count);
+// An octree by its name or its first bytes; false for files that are not there.
+bool files_is_octree(const char *path);
+// Says that the file is an octree, and which commands take it. Returns an exit code.
+int files_tell_octree(const char *path, const char *instead_of);
 // Whether two names stand for one file, be it there already or not. NULL is the same as nothing.
 bool files_same(const char *a, const char *b);
 

@@ -129,7 +129,8 @@ static int describe(const char *path, const fm_read_desc *desc, bool wants_stats
             return cli_fail("out of memory for the statistics: free some");
         }
     } else if (fm_file_probe(path, desc, &info) != FM_OK) {
-        return cli_library_failed();
+        const bool octree = desc->format == FM_FORMAT_AUTO && files_is_octree(path);
+        return octree ? files_tell_octree(path, "a volume or a mesh") : cli_library_failed();
     }
     if (json) {
         const bool printed = print_json(path, &info, wants_stats ? &found : NULL);

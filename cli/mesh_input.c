@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "mesh_input.h"
 
+#include "files.h"
 #include "progress.h"
 
 #include <math.h>
@@ -153,7 +154,8 @@ int mesh_input_load(mesh_input *input, fm_context *context, fm_mesh **mesh, fm_m
     const fm_result result = fm_mesh_read(context, input->path, &desc, mesh, info);
     progress_end(&bar);
     if (result != FM_OK) {
-        return cli_library_failed();
+        const bool octree = input->format == FM_MESH_FORMAT_AUTO && files_is_octree(input->path);
+        return octree ? files_tell_octree(input->path, "a mesh") : cli_library_failed();
     }
     return input->y_up || input->flip || input->floor ? change(input, context, mesh) : CLI_DONE;
 }

@@ -49,6 +49,7 @@ typedef struct build_request {
     octree_job job;
     const char *out;
     fm_octree_parts parts;
+    fm_octree_parts_info written;
     bool divided, json;
 } build_request;
 
@@ -57,7 +58,8 @@ static int write_parts(build_request *r) {
         return cli_usage("%s: is no mesh: --parts divides the octree of a mesh", r->job.in);
     }
     if (fm_octree_write_parts(r->job.mesh, &r->job.desc, &r->parts, r->out) != FM_OK ||
-        fm_octree_read(r->job.context, r->out, &r->job.octree) != FM_OK) {
+        fm_octree_read(r->job.context, r->out, &r->job.octree) != FM_OK ||
+        fm_octree_describe_parts(r->job.context, r->out, false, &r->written) != FM_OK) {
         return cli_library_failed();
     }
     fm_octree_describe(r->job.octree, &r->job.info);
@@ -80,6 +82,9 @@ static int report(const build_request *r) {
         cJSON_AddStringToObject(root, "input", job->in);
         cJSON_AddStringToObject(root, "output", r->out);
         octree_json(root, &job->info);
+        if (r->divided) {
+            octree_parts_json(root, &r->written);
+        }
         cJSON_AddItemToObject(root, "device", report_device_json(&job->device));
         cJSON_AddNumberToObject(root, "build_milliseconds", job->info.build_ms);
         cJSON_AddNumberToObject(root, "gpu_milliseconds", job->info.gpu_ms);
@@ -89,7 +94,9 @@ static int report(const build_request *r) {
     if (!job->quiet) {
         fprintf(stream, "%s\n", files_is_pipe(r->out) ? "standard output" : r->out);
         octree_text(stream, &job->info);
-        if (!r->divided) {
+        if (r->divided) {
+            octree_parts_text(stream, &r->written);
+        } else {
             fprintf(stream, "    built in    %.1f ms, of which kernels %.1f ms, on %s (%s)\n", job->info.build_ms, job->info.gpu_ms,
                     job->device.name, job->device.driver);
         }
@@ -112,9 +119,8 @@ static int build(build_request *r) {
 int octree_build(int argc, char **argv) {
     static const cli_help help = {
         "octree build",
-        "Builds an octree of a mesh, or of voxels (kinds voxels, svo, dag, tree64), into an .fmo file. With --parts, the file "
-        "holds "
-        "a coarse\noctree and finer ones of the parts of the box, of which fathom octree render loads what it sees.",
+        "Builds an octree of a mesh, or of voxels (kinds voxels, svo, dag, tree64), into an .fmo file. With --parts, the file\n"
+        "holds a coarse octree and finer ones of the parts of the box, of which fathom octree render loads what it sees.",
         "fathom octree build armadillo.obj armadillo.fmo --size 1024\n"
         "fathom octree build hall.glb hall.fmo --size 2048 --code octahedral --share\n"
         "fathom octree build terrain.vox terrain.fmo --kind dag\n"
@@ -150,36 +156,74 @@ int octree_build(int argc, char **argv) {
 // info
 // ---------------------------------------------------------------------------------------------------------------------------
 
+typedef struct description {
+    const char *path;
+    fm_octree_info info;
+    bool parts;  // there are some and they have been checked
+    fm_octree_parts_info about;
+} description;
+
+static bool can_read_parts(const char *path) {
+    return !files_begins(path, "\x1f\x8b", 2) && files_begins(path, "", 0);
+}
+
+static fm_result look(fm_context *context, description *d) {
+    fm_octree *octree = NULL;
+    const fm_result result = fm_octree_read(context, d->path, &octree);
+    if (result == FM_OK) {
+        fm_octree_describe(octree, &d->info);
+        fm_octree_destroy(octree);
+        d->parts = d->info.parts > 0 && can_read_parts(d->path);
+    }
+    return result == FM_OK && d->parts ? fm_octree_describe_parts(context, d->path, true, &d->about) : result;
+}
+
+static int print_json(const description *d) {
+    cJSON *root = cJSON_CreateObject();
+    cJSON_AddStringToObject(root, "path", d->path);
+    octree_json(root, &d->info);
+    if (d->info.parts > 0) {
+        cJSON_AddBoolToObject(root, "parts_checked", d->parts);
+    }
+    if (d->parts) {
+        octree_parts_json(root, &d->about);
+    }
+    return report_json(stdout, root) ? CLI_DONE : cli_fail("out of memory for the description: free some");
+}
+
+static void print_text(const description *d) {
+    printf("%s\n", d->path);
+    octree_text(stdout, &d->info);
+    if (d->parts) {
+        octree_parts_text(stdout, &d->about);
+    } else if (d->info.parts > 0) {
+        printf("    parts       %u, not checked: that takes a file by its name, not gzipped\n", d->info.parts);
+    }
+}
+
 static int describe(const char *path, bool json) {
     const fm_context_desc cpu = {.backend = FM_BACKEND_CPU, .threads = 1};
     fm_context *context = NULL;
-    fm_octree *octree = NULL;
+    description d = {.path = path};
     int status = CLI_DONE;
-    if (fm_context_create(&cpu, &context) != FM_OK || fm_octree_read(context, path, &octree) != FM_OK) {
+    if (fm_context_create(&cpu, &context) != FM_OK || look(context, &d) != FM_OK) {
         status = cli_library_failed();
+    } else if (json) {
+        status = print_json(&d);
     } else {
-        fm_octree_info info;
-        fm_octree_describe(octree, &info);
-        if (json) {
-            cJSON *root = cJSON_CreateObject();
-            cJSON_AddStringToObject(root, "path", path);
-            octree_json(root, &info);
-            status = report_json(stdout, root) ? CLI_DONE : cli_fail("out of memory for the description: free some");
-        } else {
-            printf("%s\n", path);
-            octree_text(stdout, &info);
-        }
+        print_text(&d);
     }
-    fm_octree_destroy(octree);
     fm_context_destroy(context);
     return status;
 }
 
 int octree_info(int argc, char **argv) {
-    static const cli_help help = {"octree info",
-                                  "Describes an octree file. All of it is checked: checksums, and that rays find their way.",
-                                  "fathom octree info armadillo.fmo\n"
-                                  "fathom octree info --json lucy.fmo\n"};
+    static const cli_help help = {
+        "octree info",
+        "Describes an octree file. All of it is checked: checksums, and that rays find their way; of files with parts\n"
+        "the coarse octree and every part, unless the file is gzipped or comes through a pipe.",
+        "fathom octree info armadillo.fmo\n"
+        "fathom octree info --json lucy.fmo\n"};
     cli_args args = {0};
     struct arg_str *in = cli_add(&args, arg_str1(NULL, NULL, "FILE.fmo", "an octree; - reads standard input"));
     struct arg_lit *json = cli_add(&args, arg_lit0(NULL, "json", "print the description as JSON"));

@@ -25,7 +25,8 @@ static const char *const offered_attributes[] = {"none", "triangle", NULL};
 
 void octree_options_add(cli_args *args, octree_options *o, const char *cells, bool field) {
     static char kinds[256], text[320];
-    snprintf(text, sizeof text, "%s%s", cli_list(octree_kind_words, kinds), field ? "; or field: dense, of meshes, no octree" : "");
+    snprintf(text, sizeof text, "%s%s; default closest; of voxels: voxels", cli_list(octree_kind_words, kinds),
+             field ? "; or field: dense, of meshes, no octree" : "");
     o->field = field;
     o->kind = cli_add(args, arg_str0(NULL, "kind", "KIND", text));
     o->cells = cli_add(args, arg_str0(NULL, cells, "N", "finest cells along the longest edge; default 256; of voxels: theirs"));
@@ -33,6 +34,9 @@ void octree_options_add(cli_args *args, octree_options *o, const char *cells, bo
     o->method = cli_add(args, arg_str0(NULL, "method", "exact|grown", "how closest points are found; default exact"));
     o->rounds = cli_add(args, arg_str0(NULL, "rounds", "N", "of growing; default: enough"));
     o->code = cli_add(args, arg_str0(NULL, "code", "spherical|octahedral|floats|short", "how vectors are kept; default spherical"));
+    o->band = cli_add(args, arg_str0(NULL, "band", "B",
+                                     "leaves with values this near the surface, in cells; default 3.46; 0.05 to "
+                                     "0.2: thin octrees, for rays alone"));
     o->threshold = cli_add(args, arg_str0(NULL, "threshold", "T",
                                           "how far off merged leaves may be, in finest cells; default 0.05; below 0: none merge"));
     o->share = cli_add(args, arg_lit0(NULL, "share", "keep identical subtrees and leaves of closest and distance once"));
@@ -46,8 +50,12 @@ void octree_options_add(cli_args *args, octree_options *o, const char *cells, bo
     o->quiet = cli_add(args, arg_lit0("q", "quiet", "print nothing but errors and what is asked for"));
 }
 
+static bool of_voxels(const char *in) {
+    return fm_mesh_format_of(in) == FM_MESH_FORMAT_AUTO && !files_is_octree(in);
+}
+
 static bool read_kind(const octree_options *o, octree_job *job) {
-    const char *word = cli_given(o->kind, "closest");
+    const char *word = cli_given(o->kind, of_voxels(job->in) ? "voxels" : "closest");
     int kind = FM_OCTREE_BRICKS;
     job->field = o->field && strcasecmp(word, "field") == 0;
     if (!job->field && !cli_word("--kind", word, octree_kind_words, &kind)) {
@@ -94,13 +102,14 @@ static bool read_box(const octree_options *o, octree_job *job) {
 static bool read_numbers(const octree_options *o, const char *cells, octree_job *job) {
     char name[32];
     uint32_t top = 0;
-    double threshold = 0;
+    double threshold = 0, band = 0;
     snprintf(name, sizeof name, "--%s", cells);
     job->solid = (double)NAN;
     if ((o->cells->count && !cli_uint32(name, o->cells->sval[0], 1, &job->desc.size)) ||
         (o->rounds->count && !cli_uint32("--rounds", o->rounds->sval[0], 1, &job->desc.rounds)) ||
         (o->top->count && !cli_uint32("--top", o->top->sval[0], 1, &top)) ||
         (o->threshold->count && !cli_double("--threshold", o->threshold->sval[0], &threshold)) ||
+        (o->band->count && !cli_double("--band", o->band->sval[0], &band)) ||
         (o->solid->count && !cli_double("--solid", o->solid->sval[0], &job->solid)) || !read_box(o, job)) {
         return false;
     }
@@ -108,24 +117,37 @@ static bool read_numbers(const octree_options *o, const char *cells, octree_job 
         cli_usage("%s is %u: at most %d is wanted", name, job->desc.size, 1 << 20);
         return false;
     }
+    if (o->band->count && !(band >= 0.05 && band <= 3.5)) {
+        cli_usage("--band is %g: 0.05 to 3.5 is wanted", band);
+        return false;
+    }
     if (o->threshold->count && threshold == 0) {
         cli_usage("--threshold is 0: a number above 0 is wanted, or one below 0 for no merging at all");
         return false;
     }
     job->desc.threshold = (float)threshold;
+    job->desc.band = (float)band;
     job->desc.top_bytes = 1024ull * top;
     return true;
+}
+
+static bool has_voxels(fm_octree_kind kind) {
+    return kind == FM_OCTREE_VOXELS || kind == FM_OCTREE_CONTOURS || kind == FM_OCTREE_DAG || kind == FM_OCTREE_TREE64;
 }
 
 // An option that would be of no effect is more likely a mistake.
 static bool check_combinations(const octree_options *o, const octree_job *job) {
     const fm_octree_kind kind = job->desc.kind;
     const char *wrong = NULL;
-    if ((o->code->count || o->attribute->count) && kind != FM_OCTREE_CLOSEST) {
+    if (o->kind->count && of_voxels(job->in) && !job->field && !has_voxels(kind)) {
+        wrong = "--kind closest, distance and bricks are of meshes: of voxels, voxels, svo, dag and tree64 are made";
+    } else if ((o->code->count || o->attribute->count) && kind != FM_OCTREE_CLOSEST) {
         wrong = "--code and --attribute are of vectors: --kind closest has them";
-    } else if ((o->method->count || o->share->count || o->threshold->count) && kind != FM_OCTREE_CLOSEST &&
+    } else if (job->desc.code == FM_OCTREE_SHORT && !(job->desc.band > 0 && job->desc.band <= 0.2f)) {
+        wrong = "--code short is of thin octrees: --band from 0.05 to 0.2 is wanted";
+    } else if ((o->method->count || o->band->count || o->share->count || o->threshold->count) && kind != FM_OCTREE_CLOSEST &&
                kind != FM_OCTREE_DISTANCE) {
-        wrong = "--method, --threshold and --share are of --kind closest and distance";
+        wrong = "--method, --band, --threshold and --share are of --kind closest and distance";
     } else if (o->rounds->count && job->desc.method != FM_OCTREE_GROWN) {
         wrong = "--rounds is of --method grown";
     } else if ((o->mesh.up->count || o->mesh.flip->count) && fm_mesh_format_of(job->in) == FM_MESH_FORMAT_AUTO) {
@@ -203,7 +225,10 @@ static int read_voxels(octree_job *job) {
 }
 
 int octree_job_source(octree_job *job) {
-    if (fm_mesh_format_of(job->in) == FM_MESH_FORMAT_AUTO) {
+    if (files_is_octree(job->in)) {
+        return files_tell_octree(job->in, "a mesh or a volume");
+    }
+    if (of_voxels(job->in)) {
         return read_voxels(job);
     }
     return mesh_input_load(&job->mesh_in, job->context, &job->mesh, NULL);
@@ -307,4 +332,22 @@ void octree_json(cJSON *root, const fm_octree_info *info) {
     cJSON_AddNumberToObject(root, "unshared_bytes", (double)info->unshared_bytes);
     cJSON_AddNumberToObject(root, "code_error", info->code_error);
     cJSON_AddNumberToObject(root, "parts", info->parts);
+}
+
+void octree_parts_text(FILE *stream, const fm_octree_parts_info *info) {
+    char bytes[32];
+    const uint32_t most = info->along[0] * info->along[1] * info->along[2];
+    fprintf(stream,
+            "    parts       %u x %u x %u of %u cells of %.6g along their edges; %u of %u hold some of the surface, %s;\n"
+            "                what is above is of the coarse octree\n",
+            info->along[0], info->along[1], info->along[2], info->cells, info->cell, info->filled, most,
+            cli_bytes(info->bytes, bytes));
+}
+
+void octree_parts_json(cJSON *root, const fm_octree_parts_info *info) {
+    cJSON_AddItemToObject(root, "parts_along", report_shape_json((fm_shape){info->along[0], info->along[1], info->along[2]}));
+    cJSON_AddNumberToObject(root, "parts_filled", info->filled);
+    cJSON_AddNumberToObject(root, "part_cells", info->cells);
+    cJSON_AddNumberToObject(root, "part_cell", info->cell);
+    cJSON_AddNumberToObject(root, "part_bytes", (double)info->bytes);
 }

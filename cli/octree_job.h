@@ -13,7 +13,7 @@
 #include "fathom/octree.h"
 
 typedef struct octree_options {
-    struct arg_str *kind, *cells, *box, *method, *rounds, *code, *threshold, *top, *sign, *attribute, *solid;
+    struct arg_str *kind, *cells, *box, *method, *rounds, *code, *band, *threshold, *top, *sign, *attribute, *solid;
     struct arg_lit *share, *quiet;
     cli_device device;
     mesh_input_options mesh;
@@ -54,6 +54,9 @@ void octree_job_end(octree_job *job);
 // A description of an octree, in lines that begin with four blanks.
 void octree_text(FILE *stream, const fm_octree_info *info);
 void octree_json(cJSON *root, const fm_octree_info *info);
+// The same of a file's parts.
+void octree_parts_text(FILE *stream, const fm_octree_parts_info *info);
+void octree_parts_json(cJSON *root, const fm_octree_parts_info *info);
 extern const char *const octree_kind_words[];
 
 // The subcommands of `fathom octree`.

@@ -31,11 +31,6 @@ typedef struct shot {
     uint8_t *pixels;
 } shot;
 
-static bool is_octree(const char *path) {
-    const size_t length = strlen(path);
-    return (length > 4 && strcmp(path + length - 4, ".fmo") == 0) || (length > 7 && strcmp(path + length - 7, ".fmo.gz") == 0);
-}
-
 static int read_octree(shot *s) {
     octree_job *job = &s->job;
     if (fm_octree_read(job->context, job->in, &job->octree) != FM_OK) {
@@ -114,7 +109,7 @@ static void print_stream(const shot *s) {
 static int work(shot *s) {
     octree_job *job = &s->job;
     int status = octree_job_begin(job);
-    if (status == CLI_DONE && is_octree(job->in)) {
+    if (status == CLI_DONE && files_is_octree(job->in)) {
         status = read_octree(s);
     } else if (status == CLI_DONE) {
         status = octree_job_source(job);
@@ -238,14 +233,14 @@ static bool read_stream(const shot_args *a, shot *s) {
 static bool check_combinations(const shot_args *a, const shot *s) {
     const octree_options *o = &a->octree;
     const char *wrong = NULL;
-    const bool made = o->kind->count || o->cells->count || o->box->count || o->method->count || o->code->count ||
+    const bool made = o->kind->count || o->cells->count || o->box->count || o->method->count || o->code->count || o->band->count ||
                       o->threshold->count || o->share->count || o->top->count || o->sign->count || o->attribute->count ||
                       o->solid->count || o->rounds->count;
     if (s->job.field && octree_field_wrong(&s->desc)) {
         wrong = octree_field_wrong(&s->desc);
-    } else if (is_octree(s->job.in) && made) {
+    } else if (files_is_octree(s->job.in) && made) {
         wrong = "the octree in the file is as it was built: --kind, --cells and the like are for meshes and voxels";
-    } else if (!is_octree(s->job.in) && s->streamed) {
+    } else if (!files_is_octree(s->job.in) && s->streamed) {
         wrong = "--budget and --distance are of .fmo files with parts: fathom octree build --parts writes them";
     }
     if (wrong) {

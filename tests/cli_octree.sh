@@ -35,6 +35,12 @@ ends 2 octree build t.obj o.fmo --method magic
 ends 2 octree build t.obj o.fmo --rounds 3
 says '--method grown'
 ends 2 octree build t.obj o.fmo --code bytes
+ends 2 octree build t.obj o.fmo --code short
+says '\-\-band'
+ends 2 octree build t.obj o.fmo --code short --band 0.3
+ends 2 octree build t.obj o.fmo --band 4
+ends 2 octree build t.obj o.fmo --kind dag --band 0.2
+says '\-\-kind closest'
 ends 2 octree build t.obj o.fmo --threshold 0
 ends 2 octree build t.obj o.fmo --threshold x
 ends 2 octree build t.obj o.fmo --sign winding
@@ -61,7 +67,7 @@ holds t.obj
 small="--size 24 --backend cpu --quiet"
 # shellcheck disable=SC2086
 for way in "" "--kind distance --sign winding" "--code octahedral --share" "--code floats --attribute triangle" \
-    "--kind bricks" "--kind voxels" "--kind svo" "--kind dag" "--kind tree64" "--method grown --rounds 4" "--box=-1,-1,-1,2,2,2 --threshold -1" "--top 1" "--parts 3 --coarse 12"; do
+    "--kind bricks" "--kind voxels" "--kind svo" "--kind dag" "--kind tree64" "--code short --band 0.1" "--method grown --rounds 4" "--box=-1,-1,-1,2,2,2 --threshold -1" "--top 1" "--parts 3 --coarse 12"; do
     ends 0 octree build t.obj o.fmo $small $way
     [ ! -s "$work/.out" ] || bad "--quiet prints with \"$way\""
     ends 0 octree info o.fmo
@@ -84,8 +90,14 @@ for kind in voxels svo dag tree64; do
     ends 0 octree info v.fmo
     grep -q "^    kind        $kind" "$work/.out" || bad "info of $kind: $(cat "$work/.out")"
 done
+for kind in closest distance bricks; do
+    ends 2 octree build city.npy v.fmo --kind $kind --backend cpu
+    says 'are of meshes'
+done
+ends 0 octree build city.npy v.fmo --backend cpu --quiet
+ends 0 octree info v.fmo
+grep -q '^    kind        voxels' "$work/.out" || bad "voxels become: $(cat "$work/.out")"
 ends 0 octree build city.npy v.fmo --kind voxels --solid 200 --backend cpu --quiet
-ends 1 octree build city.npy v.fmo --kind closest --backend cpu
 ends 2 octree build city.npy v.fmo --kind voxels --parts 2 --backend cpu
 says 'no mesh'
 # Pictures.
@@ -118,6 +130,24 @@ dd if=/dev/zero of="$work/w.fmo" bs=4096 seek=$((half / 4096)) count=8 conv=notr
 (cd "$work" && "$fathom" octree render w.fmo --size 48x32 --backend cpu --quiet --distance 9 -o p.png) >"$work/.out" 2>"$work/.err" ||
     bad "a part that cannot be read stops the picture: $(cat "$work/.err")"
 says 'stay coarse'
+# A description finds it, too.
+ends 1 octree info w.fmo
+says 'part [0-9]*: '
+ends 0 octree info s.fmo
+grep -q '^    parts       4 x 4 x 4 of 8 cells of .*; [1-9][0-9]* of 64 hold' "$work/.out" || bad "info of parts: $(cat "$work/.out")"
+ends 0 octree info --json s.fmo
+grep -q '"parts_checked":	true' "$work/.out" || bad "info --json of parts: $(cat "$work/.out")"
+(cd "$work" && "$fathom" octree info - <s.fmo) >"$work/.out" 2>&1 || bad "parts through a pipe: $(cat "$work/.out")"
+grep -q '^    parts       64, not checked' "$work/.out" || bad "parts through a pipe: $(cat "$work/.out")"
+ends 0 octree build t.obj again.fmo --size 32 --parts 4 --backend cpu
+grep -q '^    parts       4 x 4 x 4 ' "$work/.out" || bad "the report of parts: $(cat "$work/.out")"
+rm "$work/again.fmo"
+# What is no place for an octree says what is.
+for command in "info s.fmo" "render s.fmo -o p.png" "octree build s.fmo y.fmo" "transform s.fmo y.npy" "sdf s.fmo y.npy"; do
+    # shellcheck disable=SC2086
+    ends 1 $command
+    says 'it is an octree'
+done
 # Turned: the box's y and z change places.
 sed 's/^v 0 1 0/v 0 2 0/; s/^v 0 0 1/v 0 0 5/' "$work/t.obj" >"$work/long.obj"
 ends 0 octree build long.obj up.fmo --up y --flip --size 16 --backend cpu --quiet
