@@ -35,8 +35,8 @@ void octree_options_add(cli_args *args, octree_options *o, const char *cells, bo
     o->rounds = cli_add(args, arg_str0(NULL, "rounds", "N", "of growing; default: enough"));
     o->code = cli_add(args, arg_str0(NULL, "code", "spherical|octahedral|floats|short", "how vectors are kept; default spherical"));
     o->band = cli_add(args, arg_str0(NULL, "band", "B",
-                                     "leaves with values this near the surface, in cells; default 3.46; 0.05 to "
-                                     "0.2: thin octrees, for rays alone"));
+                                     "leaves with values this near, in cells; default 3.46; 0.05 to "
+                                     "0.2: thin, for rays alone"));
     o->threshold = cli_add(args, arg_str0(NULL, "threshold", "T",
                                           "how far off merged leaves may be, in finest cells; default 0.05; below 0: none merge"));
     o->share = cli_add(args, arg_lit0(NULL, "share", "keep identical subtrees and leaves of closest and distance once"));

@@ -422,6 +422,20 @@ static void parts_arguments(void) {
                 FM_ERROR_INVALID_ARGUMENT);
     CHECK_FAILS(fm_octree_write_parts(mesh, &desc, NULL, io_path("no/x.fmo")), FM_ERROR_IO);
     CHECK(!io_exists(path));
+    fm_octree_parts_info info = {.filled = 7};
+    CHECK_FAILS(fm_octree_describe_parts(NULL, path, true, &info), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_octree_describe_parts(context, NULL, true, &info), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_octree_describe_parts(context, path, true, NULL), FM_ERROR_INVALID_ARGUMENT);
+    CHECK_FAILS(fm_octree_describe_parts(context, path, true, &info), FM_ERROR_IO);
+    fm_octree *octree = NULL;
+    if (CHECK_OK(fm_octree_build_mesh(mesh, &desc, &octree)) && CHECK_OK(fm_octree_write(octree, path))) {
+        CHECK_FAILS(fm_octree_describe_parts(context, path, true, &info), FM_ERROR_FORMAT);
+    }
+    fm_octree_destroy(octree);
+    CHECK(info.filled == 7);
+    CHECK_OK(fm_octree_write_parts(mesh, &desc, &(fm_octree_parts){.parts = 4, .coarse = 8}, path));
+    CHECK_OK(fm_octree_describe_parts(context, path, true, &info));
+    CHECK(info.cells == 8 && info.filled > 0 && info.filled <= info.along[0] * info.along[1] * info.along[2]);
     fm_mesh_destroy(mesh);
 }
 
