@@ -65,6 +65,29 @@ static void check_mesh(fm_context *context, const scene_mesh *mesh, const fm_oct
     fm_mesh_destroy(own);
 }
 
+// Triangles beyond the box, and of other chunks, are as near as they are; boxes that are not of whole coarse cells.
+static void test_beyond(fm_context *context) {
+    for (int i = 0; i < 40; i++) {
+        const float inside = 4 + (float)(i % 4) * 3, beyond = (float)(i % 5) * 3 + 1.5f, wide = i % 2 ? 64 : 30;
+        float places[6][3] = {{inside, 20, 20}, {inside, 21, 20}, {inside, 20, 21},
+                              {-99, -99, -99},  {299, -99, -99},  {-99, 299, 299}};
+        for (int k = 3; k < 6; k++) {
+            places[k][i % 3] = wide + beyond;
+        }
+        if (i % 3 == 0) {
+            places[4][1] = 299;
+        }
+        uint32_t two[][3] = {{0, 1, 2}, {3, 4, 5}};
+        const scene_mesh apart = {places, two, 6, 2};
+        const fm_octree_desc desc = {.size = (uint32_t)wide,
+                                     .low = {0, 0, 0},
+                                     .high = {wide, wide, wide},
+                                     .top_bytes = 4,
+                                     .method = i / 2 % 2 ? FM_OCTREE_GROWN : FM_OCTREE_EXACT};
+        check_mesh(context, &apart, &desc, true);
+    }
+}
+
 static void test_odd(fm_context *context) {
     float vertices[][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}, {0.5f, 0.5f, 0.5f}, {NAN, 0, 0}, {2e18f, 0, 0}};
     uint32_t none[][3] = {{0, 1, 6}, {0, 1, 7}}, point[][3] = {{5, 5, 5}}, line[][3] = {{0, 4, 4}, {0, 4, 5}};
@@ -309,6 +332,7 @@ int main(void) {
         return check_summary();
     }
     test_odd(context);
+    test_beyond(context);
     test_sheet(context);
     test_attributes(context);
     test_merged(context);

@@ -145,6 +145,8 @@ void fm_octree_chunk_free(fm_octree_build *build);
 fm_result fm_octree_fields_exact(fm_octree_build *build);
 fm_result fm_octree_fields_grown(fm_octree_build *build);
 void fm_octree_growth_free(fm_octree_build *build);
+// How far from every place of a cell growth knows all triangles, in finest cells.
+float fm_octree_grown_reach(const fm_octree_chunk *chunk, int level, const uint32_t at[3]);
 // What both end with: vectors, lengths and the signs of pseudonormals from triangles; then the signs of winding numbers.
 void fm_octree_fields_finish(fm_octree_build *build);
 fm_result fm_octree_fields_wind(fm_octree_build *build);

@@ -69,7 +69,8 @@ void fm_octree_far_mark(const fm_octree_build *build, fm_octree_far *far, const 
     bool misses = false;
     for (int axis = 0; axis < 3; axis++) {
         far->outside = far->outside || t->low[axis] < 0 || t->high[axis] > build->cells[axis];
-        misses = misses || t->high[axis] < 0 || t->low[axis] > build->cells[axis];
+        // The last cells may reach beyond the box.
+        misses = misses || t->high[axis] < 0 || t->low[axis] > (far->shape[axis] - 2) * size;
         job.from[axis] = (uint32_t)fmax(0, floor(fmin(t->low[axis] / size, far->shape[axis] - 3.0)));
         job.to[axis] = (uint32_t)fmin(far->shape[axis] - 3.0, fmax(0, floor(t->high[axis] / size)));
     }

@@ -39,6 +39,17 @@ static void set_lattice(growth *g, const fm_octree_chunk *chunk, int level) {
     }
 }
 
+float fm_octree_grown_reach(const fm_octree_chunk *chunk, int level, const uint32_t at[3]) {
+    uint32_t beside = UINT32_MAX;
+    for (int axis = 0; axis < 3; axis++) {
+        const uint32_t low = at[axis] << level, high = (at[axis] + 1) << level;
+        const uint32_t left = high < chunk->extent[axis] ? chunk->extent[axis] - high : 0;
+        const uint32_t least = low < left ? low : left;
+        beside = least < beside ? least : beside;
+    }
+    return (float)(beside + MARGIN);
+}
+
 void fm_octree_growth_free(fm_octree_build *build) {
     growth *g = build->growth;
     if (!g) {

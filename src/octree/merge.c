@@ -46,10 +46,11 @@ static float nearest_corner(const fm_octree_field *field, uint32_t x, uint32_t y
 }
 
 // No place of a cell is farther from all its corners than half its diagonal. What is grown may be too far, seldom by more than a
-// quarter of a cell.
-static float bound_by_corners(const merge_job *job, int level, float nearest) {
-    const float doubt = job->build->desc->method == FM_OCTREE_GROWN ? 0.5f : 0;
-    return fmaxf(0, fminf(nearest, job->chunk->fields[level].band) - 0.8660255f * (float)(1u << level) - doubt);
+// quarter of a cell, and knows nothing of what its lattice does not reach.
+static float bound_by_corners(const merge_job *job, int level, const uint32_t at[3], float nearest) {
+    const bool grown = job->build->desc->method == FM_OCTREE_GROWN;
+    const float bound = fminf(nearest, job->chunk->fields[level].band) - 0.8660255f * (float)(1u << level) - (grown ? 0.5f : 0);
+    return fmaxf(0, grown ? fminf(bound, fm_octree_grown_reach(job->chunk, level, at)) : bound);
 }
 
 static bool outside(const merge_job *job, int level, uint32_t x, uint32_t y, uint32_t z) {
@@ -89,7 +90,7 @@ static void set_cell(const merge_job *job, uint32_t x, uint32_t y, uint32_t z) {
     const bool beyond = outside(job, 0, x, y, z);
     const bool empty = beyond || (fm_octree_is_thin(job->build) ? !passed(job, x, y, z) : nearest > job->build->desc->band);
     nodes->states[i] = empty ? FM_NODE_IS_EMPTY : FM_NODE_IS_LEAF;
-    nodes->words[i] = float_bits(beyond ? INFINITY : bound_by_corners(job, 0, nearest));
+    nodes->words[i] = float_bits(beyond ? INFINITY : bound_by_corners(job, 0, (const uint32_t[3]){x, y, z}, nearest));
 }
 
 static bool corners_of(const merge_job *job, int level, uint32_t x, uint32_t y, uint32_t z, corner_set *set) {
@@ -241,7 +242,8 @@ static void set_node(const merge_job *job, int level, uint32_t x, uint32_t y, ui
     if (!leaves && !internal) {
         const fm_octree_field *field = &job->chunk->fields[level];
         nodes->states[own] = FM_NODE_IS_EMPTY;
-        nodes->words[own] = float_bits(fmaxf(bound, bound_by_corners(job, level, nearest_corner(field, x, y, z))));
+        const float own_bound = bound_by_corners(job, level, (const uint32_t[3]){x, y, z}, nearest_corner(field, x, y, z));
+        nodes->words[own] = float_bits(fmaxf(bound, own_bound));
         return;
     }
     const bool merged = !internal && job->threshold >= 0 && may_merge(job, level, x, y, z, leaves);
@@ -271,7 +273,7 @@ static bool clear_tile(const merge_job *job, const uint32_t at[3]) {
     }
     const uint64_t own = fm_node_at(job->chunk->nodes[root].shape, at[0], at[1], at[2]);
     const float nearest = nearest_corner(&job->chunk->fields[root], at[0], at[1], at[2]);
-    job->chunk->nodes[root].words[own] = float_bits(bound_by_corners(job, root, nearest));
+    job->chunk->nodes[root].words[own] = float_bits(bound_by_corners(job, root, at, nearest));
     return true;
 }
 
