@@ -354,10 +354,6 @@ bool bench_octree_look(bench_session *session, bench_octree_model *model, uint32
         good = compare_depths(&l, result) && sample_surface(&l, plan->samples, result) && compare_pictures(&l, pixels, result);
         if (!good) {
             bench_octree_failed(result, NULL);
-        } else if ((info.kind == FM_OCTREE_DISTANCE || info.kind == FM_OCTREE_BRICKS) && !model->closed) {
-            snprintf(result->note + strlen(result->note), sizeof result->note - strlen(result->note),
-                     "%sthe mesh is open, but this kind needs an inside: %.3g %% of the sample are wrong",
-                     result->note[0] ? "; " : "", 100 * result->wrong / result->samples);
         } else if (result->wrong > most_wrong * result->samples) {
             good = bench_octree_failed(result, "more than 1 % of the sampled pixels are far from the triangles or miss them");
         }
