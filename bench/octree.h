@@ -114,7 +114,7 @@ typedef struct bench_octree_model {
     fm_context *context;
     fm_mesh *mesh;
     double triangles;
-    bool closed, upright;
+    bool upright;
     float low[3], high[3];  // the box of octrees; all 0: the mesh's own
     double middle[3], radius, longest;
     // The true distance of a place to the surface, where there is a formula.

@@ -153,8 +153,6 @@ static void measure_box(bench_octree_model *model) {
     }
     model->radius = sqrt(square) / 2;
     model->triangles = (double)triangle_count;
-    fm_mesh_info info;
-    model->closed = fm_mesh_describe(model->mesh, &info) == FM_OK && info.closed;
 }
 
 bench_octree_model *bench_octree_model_create(bench_session *session, const char *name, uint32_t triangles,
