@@ -44,23 +44,59 @@ static double along(const double a[3], const double b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+// The directions of a camera, and what one half of its picture's height and width is of the distance, with a little room.
+typedef struct frame {
+    double forward[3], up[3], right[3], tall, wide;
+} frame;
+
+static frame frame_of(double aspect, double yaw, double pitch, double fov) {
+    const double room = 1.05;
+    frame f = {.right = {sin(yaw * PI / 180), -cos(yaw * PI / 180), 0}};
+    direction(yaw, pitch, f.forward);
+    direction(yaw, pitch + 90, f.up);
+    f.tall = tan((fov > 0 ? fov : 60) * PI / 360) / room;
+    f.wide = f.tall * aspect;
+    return f;
+}
+
+static void corner_of(const double low[3], const double high[3], int corner, const double from[3], double at[3]) {
+    for (int i = 0; i < 3; i++) {
+        at[i] = (corner >> i & 1 ? high[i] : low[i]) - from[i];
+    }
+}
+
 double camera_distance(const double low[3], const double high[3], const double target[3], double aspect, double yaw, double pitch,
                        double fov) {
-    double forward[3], up[3];
-    direction(yaw, pitch, forward);
-    direction(yaw, pitch + 90, up);
-    const double right[3] = {sin(yaw * PI / 180), -cos(yaw * PI / 180), 0};
-    const double slope = tan((fov > 0 ? fov : 60) * PI / 360);
+    const frame f = frame_of(aspect, yaw, pitch, fov);
     double distance = 0;
     for (int corner = 0; corner < 8; corner++) {
         double at[3];
-        for (int i = 0; i < 3; i++) {
-            at[i] = (corner >> i & 1 ? high[i] : low[i]) - target[i];
-        }
-        const double tall = fabs(along(at, up)) / slope, wide = fabs(along(at, right)) / (slope * aspect);
-        distance = fmax(distance, fmax(tall, wide) - along(at, forward));
+        corner_of(low, high, corner, target, at);
+        const double tall = fabs(along(at, f.up)) / f.tall, wide = fabs(along(at, f.right)) / f.wide;
+        distance = fmax(distance, fmax(tall, wide) - along(at, f.forward));
     }
-    return 1.05 * distance;
+    return distance;
+}
+
+double camera_frame(const double low[3], const double high[3], double aspect, double yaw, double pitch, double fov,
+                    double target[3]) {
+    const frame f = frame_of(aspect, yaw, pitch, fov);
+    const double origin[3] = {0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1]), 0.5 * (low[2] + high[2])};
+    // How far the corners are beyond planes through `origin` with the slopes of the picture's sides.
+    double above = -INFINITY, below = -INFINITY, right = -INFINITY, left = -INFINITY;
+    for (int corner = 0; corner < 8; corner++) {
+        double at[3];
+        corner_of(low, high, corner, origin, at);
+        const double ahead = along(at, f.forward), y = along(at, f.up), x = along(at, f.right);
+        above = fmax(above, y - f.tall * ahead);
+        below = fmax(below, -y - f.tall * ahead);
+        right = fmax(right, x - f.wide * ahead);
+        left = fmax(left, -x - f.wide * ahead);
+    }
+    for (int i = 0; i < 3; i++) {
+        target[i] = origin[i] + 0.5 * (above - below) * f.up[i] + 0.5 * (right - left) * f.right[i];
+    }
+    return fmax((above + below) / f.tall, (right + left) / f.wide) / 2;
 }
 
 fm_camera camera_fit(fm_shape shape, double aspect, double yaw, double pitch, double fov) {

@@ -13,6 +13,9 @@ fm_camera camera_around(const double target[3], double distance, double yaw, dou
 // How far from `target` all of a box is in the picture, whose width is `aspect` times its height, with a little room beside it.
 double camera_distance(const double low[3], const double high[3], const double target[3], double aspect, double yaw, double pitch,
                        double fov);
+// The same of the target for which the box is in the middle of the picture and as large as can be.
+double camera_frame(const double low[3], const double high[3], double aspect, double yaw, double pitch, double fov,
+                    double target[3]);
 // Looks at the middle of a world from where all of it is in the picture, whose width is `aspect` times its height.
 fm_camera camera_fit(fm_shape shape, double aspect, double yaw, double pitch, double fov);
 

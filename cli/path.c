@@ -168,24 +168,32 @@ static camera_key between(const camera_key *keys, uint32_t count, double place) 
     return result;
 }
 
-void camera_path_fit(camera_path *path, const double low[3], const double high[3], double aspect) {
+// Far enough for all of a path, so that the camera goes in a circle.
+static double farthest_of(const camera_path *path, const double low[3], const double high[3], double aspect) {
     enum { MOST_TURNS = 360 };
+    const uint32_t turns = path->frames < MOST_TURNS ? path->frames : MOST_TURNS;
+    double farthest = 0;
+    for (uint32_t i = 0; i < turns; i++) {
+        const double yaw = path->around[4] + 360.0 * i / turns;
+        farthest = fmax(farthest, camera_distance(low, high, path->around, aspect, yaw, path->around[5], AROUND_FOV));
+    }
+    return farthest;
+}
+
+void camera_path_fit(camera_path *path, const double low[3], const double high[3], double aspect) {
     if (path->camera_given || path->key_count) {
         return;
     }
-    for (int i = 0; i < 3 && !path->around_given; i++) {
-        path->around[i] = low[i] + 0.5 * (high[i] - low[i]);
+    if (!path->around_given && path->frames == 1) {
+        path->around[3] = camera_frame(low, high, aspect, path->around[4], path->around[5], AROUND_FOV, path->around);
+    } else if (!path->around_given) {
+        for (int i = 0; i < 3; i++) {
+            path->around[i] = low[i] + 0.5 * (high[i] - low[i]);
+        }
     }
     path->around_given = true;
-    if (path->around[3] > 0) {
-        return;
-    }
-    // The same for all of a path, so that the camera goes in a circle.
-    const uint32_t turns = path->frames < MOST_TURNS ? path->frames : MOST_TURNS;
-    for (uint32_t i = 0; i < turns; i++) {
-        const double yaw = path->around[4] + 360.0 * i / turns;
-        const double distance = camera_distance(low, high, path->around, aspect, yaw, path->around[5], AROUND_FOV);
-        path->around[3] = fmax(path->around[3], distance);
+    if (!(path->around[3] > 0)) {
+        path->around[3] = farthest_of(path, low, high, aspect);
     }
 }
 
