@@ -8,6 +8,8 @@
 #include "table.h"
 #include "words.h"
 
+#include "fathom/mesh_io.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -334,9 +336,15 @@ static int run_plan(const octree_plan *plan) {
 // ---------------------------------------------------------------------------------------------------------------------------
 
 static bool take_model(const char *option, const char *word, void *user) {
-    (void)option;
     static char names[MAX_LIST][1024];
     octree_plan *plan = user;
+    if (strchr(word, '.') && fm_mesh_format_of(word) == FM_MESH_FORMAT_AUTO) {
+        cli_usage(
+            "%s is \"%s\": a mesh file (.ply, .obj, .stl, .gltf, .glb), a shape or a scene is wanted; files of voxels are not "
+            "measured",
+            option, word);
+        return false;
+    }
     snprintf(names[plan->model_count], sizeof names[0], "%s", word);
     plan->models[plan->model_count] = names[plan->model_count];
     plan->model_count++;

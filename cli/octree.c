@@ -3,8 +3,10 @@
 
 #include "commands.h"
 #include "octree_job.h"
+#include "progress.h"
 
 #include <string.h>
+#include <sys/stat.h>
 
 static const struct {
     const char *name, *summary;
@@ -57,12 +59,15 @@ static int write_parts(build_request *r) {
     if (!r->job.mesh) {
         return cli_usage("%s: is no mesh: --parts divides the octree of a mesh", r->job.in);
     }
-    if (fm_octree_write_parts(r->job.mesh, &r->job.desc, &r->parts, r->out) != FM_OK ||
-        fm_octree_read(r->job.context, r->out, &r->job.octree) != FM_OK ||
+    progress line = progress_wait("building parts", !r->job.quiet);
+    const fm_result written = fm_octree_write_parts(r->job.mesh, &r->job.desc, &r->parts, r->out);
+    progress_end(&line);
+    if (written != FM_OK || fm_octree_read(r->job.context, r->out, &r->job.octree) != FM_OK ||
         fm_octree_describe_parts(r->job.context, r->out, false, &r->written) != FM_OK) {
         return cli_library_failed();
     }
     fm_octree_describe(r->job.octree, &r->job.info);
+    octree_job_look_for_leaves(&r->job, &r->job.info);
     return CLI_DONE;
 }
 
@@ -104,8 +109,18 @@ static int report(const build_request *r) {
     return CLI_DONE;
 }
 
+static int check_output(const char *path) {
+    struct stat status;
+    const size_t length = strlen(path);
+    const bool special = files_is_pipe(path) || (stat(path, &status) == 0 && !S_ISREG(status.st_mode));
+    if (!special && (length < 4 || strcmp(path + length - 4, ".fmo") != 0)) {
+        return cli_usage("%s: octrees are .fmo files: end the name in .fmo", path);
+    }
+    return files_output_check(path);
+}
+
 static int build(build_request *r) {
-    int status = files_output_check(r->out);
+    int status = check_output(r->out);
     if (status == CLI_DONE) {
         status = octree_job_begin(&r->job);
         status = status == CLI_DONE ? octree_job_source(&r->job) : status;
@@ -127,7 +142,9 @@ int octree_build(int argc, char **argv) {
         "fathom octree build lucy.ply lucy.fmo --size 8192 --parts 16\n"};
     cli_args args = {0};
     octree_options options;
-    struct arg_str *in = cli_add(&args, arg_str1(NULL, NULL, "MESH|VOXELS", "a mesh file, or a volume of voxels"));
+    struct arg_str *in = cli_add(
+        &args, arg_str1(NULL, NULL, "MESH|VOXELS",
+                        "a mesh file, or a volume of voxels; - reads voxels from standard input, .npy unless told otherwise"));
     struct arg_str *out = cli_add(&args, arg_str1(NULL, NULL, "OUT.fmo", "the octree; - writes to standard output"));
     octree_options_add(&args, &options, "size", false);
     struct arg_str *parts = cli_add(&args, arg_str0(NULL, "parts", "N", "divide the box into parts, N along its longest edge"));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "octree_job.h"
+#include "progress.h"
 #include "words.h"
 
 #include <inttypes.h>
@@ -29,7 +30,10 @@ void octree_options_add(cli_args *args, octree_options *o, const char *cells, bo
              field ? "; or field: dense, of meshes, no octree" : "");
     o->field = field;
     o->kind = cli_add(args, arg_str0(NULL, "kind", "KIND", text));
-    o->cells = cli_add(args, arg_str0(NULL, cells, "N", "finest cells along the longest edge; default 256; of voxels: theirs"));
+    o->cells = cli_add(
+        args, arg_str0(NULL, cells, "N",
+                       field ? "--size of fathom octree build: finest cells along the longest edge of a mesh's box; default 256"
+                             : "finest cells along the longest edge of a mesh's box; default 256"));
     o->box = cli_add(args, arg_str0(NULL, "box", "X0,Y0,Z0,X1,Y1,Z1", "of a mesh: what the octree covers; default: all of it"));
     o->method = cli_add(args, arg_str0(NULL, "method", "exact|grown", "how closest points are found; default exact"));
     o->rounds = cli_add(args, arg_str0(NULL, "rounds", "N", "of growing; default: enough"));
@@ -37,12 +41,16 @@ void octree_options_add(cli_args *args, octree_options *o, const char *cells, bo
     o->band = cli_add(args, arg_str0(NULL, "band", "B",
                                      "leaves with values this near, in cells; default 3.46; 0.05 to "
                                      "0.2: thin, for rays alone"));
-    o->threshold = cli_add(args, arg_str0(NULL, "threshold", "T",
-                                          "how far off merged leaves may be, in finest cells; default 0.05; below 0: none merge"));
+    o->threshold = cli_add(
+        args,
+        arg_str0(NULL, "threshold", "T",
+                 "how far off merged leaves may be, in finest cells; default 0.05; below 0: none merge, and svo has no contours"));
     o->share = cli_add(args, arg_lit0(NULL, "share", "keep identical subtrees and leaves of closest and distance once"));
-    o->top = cli_add(args, arg_str0(NULL, "top", "KIB", "of the top grid at most; default 1024"));
-    o->sign = cli_add(args, arg_str0(NULL, "sign", "SIGN", "of distances: auto (default), pseudonormal, winding or none"));
-    o->attribute = cli_add(args, arg_str0(NULL, "attribute", "none|triangle", "kept with each vector; default none"));
+    o->top = cli_add(args, arg_str0(NULL, "top", "KIB", "of the top grid at most; default 1024, of voxels 2"));
+    o->sign = cli_add(args, arg_str0(NULL, "sign", "SIGN",
+                                     "of distances: auto (default), pseudonormal, winding or none, the fastest of open meshes"));
+    o->attribute = cli_add(
+        args, arg_str0(NULL, "attribute", "none|triangle", "kept with each vector or, of a mesh, voxel (not dag); default none"));
     o->solid = cli_add(args, arg_str0(NULL, "solid", "T", "of voxels: solid at this value or above; default: if not 0"));
     mesh_input_add_turns(args, &o->mesh);
     cli_device_add(args, &o->device);
@@ -135,30 +143,63 @@ static bool has_voxels(fm_octree_kind kind) {
     return kind == FM_OCTREE_VOXELS || kind == FM_OCTREE_CONTOURS || kind == FM_OCTREE_DAG || kind == FM_OCTREE_TREE64;
 }
 
+// What options of kinds are of no effect with this one; NULL: none.
+static const char *wrong_kind(const octree_options *o, const octree_job *job) {
+    const fm_octree_kind kind = job->desc.kind;
+    const bool vectors = kind == FM_OCTREE_CLOSEST, leaves = vectors || kind == FM_OCTREE_DISTANCE;
+    if (o->code->count && !vectors) {
+        return "--code is of vectors: --kind closest has them";
+    }
+    if (job->desc.attribute != FM_OCTREE_PLAIN && !vectors && (!has_voxels(kind) || kind == FM_OCTREE_DAG)) {
+        return "--attribute is of --kind closest, voxels, svo and tree64: others keep none";
+    }
+    if (job->desc.code == FM_OCTREE_SHORT && !(job->desc.band > 0 && job->desc.band <= 0.2f)) {
+        return "--code short is of thin octrees: --band from 0.05 to 0.2 is wanted";
+    }
+    if (o->threshold->count && !leaves && !(kind == FM_OCTREE_CONTOURS && job->desc.threshold < 0)) {
+        return "--threshold is of --kind closest and distance; below 0, for no contours, of svo";
+    }
+    if ((o->method->count || o->band->count || o->share->count) && !leaves) {
+        return "--method, --band and --share are of --kind closest and distance";
+    }
+    if (o->rounds->count && job->desc.method != FM_OCTREE_GROWN) {
+        return "--rounds is of --method grown";
+    }
+    if (o->sign->count && kind != FM_OCTREE_DISTANCE && kind != FM_OCTREE_BRICKS) {
+        return "--sign is of --kind distance and bricks";
+    }
+    return job->field && o->top->count ? "--top is of octrees, not of --kind field" : NULL;
+}
+
+// The same of what the octree is made of.
+static const char *wrong_input(const octree_options *o, const octree_job *job) {
+    const files_input *raw = &o->input;
+    const bool mesh = fm_mesh_format_of(job->in) != FM_MESH_FORMAT_AUTO;
+    if (!mesh && (o->mesh.up->count || o->mesh.flip->count)) {
+        return "--up and --flip are of meshes: voxels, and octrees in files, lie as they lie";
+    }
+    if (mesh && (o->solid->count || raw->format->count || raw->shape->count || raw->hidden->count)) {
+        return "--solid, --input-format, --shape and --include-hidden are of voxels, not of meshes";
+    }
+    if (!of_voxels(job->in)) {
+        return NULL;
+    }
+    if (job->field) {
+        return "--kind field is of meshes: fathom render draws voxels by their field";
+    }
+    if (!has_voxels(job->desc.kind)) {
+        return "--kind closest, distance and bricks are of meshes: of voxels, voxels, svo, dag and tree64 are made";
+    }
+    if (o->cells->count || job->boxed || o->attribute->count) {
+        return "the number of cells, --box and --attribute are of meshes: voxels have their own";
+    }
+    return NULL;
+}
+
 // An option that would be of no effect is more likely a mistake.
 static bool check_combinations(const octree_options *o, const octree_job *job) {
-    const fm_octree_kind kind = job->desc.kind;
-    const char *wrong = NULL;
-    if (o->kind->count && of_voxels(job->in) && !job->field && !has_voxels(kind)) {
-        wrong = "--kind closest, distance and bricks are of meshes: of voxels, voxels, svo, dag and tree64 are made";
-    } else if ((o->code->count || o->attribute->count) && kind != FM_OCTREE_CLOSEST) {
-        wrong = "--code and --attribute are of vectors: --kind closest has them";
-    } else if (job->desc.code == FM_OCTREE_SHORT && !(job->desc.band > 0 && job->desc.band <= 0.2f)) {
-        wrong = "--code short is of thin octrees: --band from 0.05 to 0.2 is wanted";
-    } else if ((o->method->count || o->band->count || o->share->count || o->threshold->count) && kind != FM_OCTREE_CLOSEST &&
-               kind != FM_OCTREE_DISTANCE) {
-        wrong = "--method, --band, --threshold and --share are of --kind closest and distance";
-    } else if (o->rounds->count && job->desc.method != FM_OCTREE_GROWN) {
-        wrong = "--rounds is of --method grown";
-    } else if ((o->mesh.up->count || o->mesh.flip->count) && fm_mesh_format_of(job->in) == FM_MESH_FORMAT_AUTO) {
-        wrong = "--up and --flip are of meshes: voxels, and octrees in files, lie as they lie";
-    } else if (job->field && fm_mesh_format_of(job->in) == FM_MESH_FORMAT_AUTO) {
-        wrong = "--kind field is of meshes: fathom render draws voxels by their field";
-    } else if (job->field && o->top->count) {
-        wrong = "--top is of octrees, not of --kind field";
-    } else if (o->sign->count && kind != FM_OCTREE_DISTANCE && kind != FM_OCTREE_BRICKS) {
-        wrong = "--sign is of --kind distance and bricks";
-    }
+    const char *wrong = wrong_input(o, job);
+    wrong = wrong ? wrong : wrong_kind(o, job);
     if (wrong) {
         cli_usage("%s", wrong);
     }
@@ -234,15 +275,32 @@ int octree_job_source(octree_job *job) {
     return mesh_input_load(&job->mesh_in, job->context, &job->mesh, NULL);
 }
 
+static uint64_t leaves_of(const fm_octree_info *info) {
+    uint64_t leaves = 0;
+    for (size_t level = 0; level < sizeof info->leaves / sizeof info->leaves[0]; level++) {
+        leaves += info->leaves[level];
+    }
+    return leaves;
+}
+
+void octree_job_look_for_leaves(const octree_job *job, const fm_octree_info *info) {
+    if (leaves_of(info) == 0 && !job->quiet) {
+        fprintf(stderr, "fathom: nothing of %s is in the octree%s\n", job->in, job->boxed ? ": does --box miss it?" : "");
+    }
+}
+
 int octree_job_build(octree_job *job) {
     const double started = fm_now_ms();
+    progress line = progress_wait("building", !job->quiet);
     const fm_result result = job->mesh ? fm_octree_build_mesh(job->mesh, &job->desc, &job->octree)
                                        : fm_octree_build_world(job->world, &job->desc, &job->octree);
+    progress_end(&line);
     job->wall_ms = fm_now_ms() - started;
     if (result != FM_OK) {
         return cli_library_failed();
     }
     fm_octree_describe(job->octree, &job->info);
+    octree_job_look_for_leaves(job, &job->info);
     return CLI_DONE;
 }
 
@@ -251,14 +309,6 @@ void octree_job_end(octree_job *job) {
     fm_world_destroy(job->world);
     fm_mesh_destroy(job->mesh);
     fm_context_destroy(job->context);
-}
-
-static uint64_t leaves_of(const fm_octree_info *info) {
-    uint64_t leaves = 0;
-    for (size_t level = 0; level < sizeof info->leaves / sizeof info->leaves[0]; level++) {
-        leaves += info->leaves[level];
-    }
-    return leaves;
 }
 
 static bool of_corners(const fm_octree_info *info) {

@@ -50,6 +50,8 @@ int octree_job_begin(octree_job *job);   // makes the context
 int octree_job_source(octree_job *job);  // reads the mesh or the voxels
 int octree_job_build(octree_job *job);   // from that
 void octree_job_end(octree_job *job);
+// Says so where the octree is empty.
+void octree_job_look_for_leaves(const octree_job *job, const fm_octree_info *info);
 
 // A description of an octree, in lines that begin with four blanks.
 void octree_text(FILE *stream, const fm_octree_info *info);

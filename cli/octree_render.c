@@ -98,8 +98,9 @@ static void print_stream(const shot *s) {
     char bytes[32], budget[32];
     fm_octree_stream_describe(s->stream, &info);
     if (s->pictures.stats) {
-        printf("parts %u, of which %u are seen near by and %u are loaded; %s of %s\n", info.parts, info.wanted, info.resident,
-               cli_bytes(info.bytes, bytes), cli_bytes(info.budget, budget));
+        printf("parts %u, of which %u are seen near by and %u are loaded; %s of %s%s\n", info.parts, info.wanted, info.resident,
+               cli_bytes(info.bytes, bytes), cli_bytes(info.budget, budget),
+               s->streaming.distance > 0 ? "" : "; give --distance for parts farther away");
     }
     if (info.failing > 0) {
         fprintf(stderr, "fathom: %" PRIu32 " parts could not be read and stay coarse; the last: %s\n", info.failing, info.failure);
@@ -164,8 +165,10 @@ typedef struct shot_args {
 
 static void add_options(cli_args *args, shot_args *a) {
     a->in = cli_add(args, arg_str1(NULL, NULL, "FILE.fmo|MESH", "an octree, or what one is to be made of"));
-    picture_options_add(args, &a->pictures, false, "print the times of the passes, and what rays read");
-    a->view = cli_add(args, arg_str0(NULL, "view", "VIEW", "shaded (default), normals, reads (of memory by each ray) or levels"));
+    picture_options_add(args, &a->pictures, true, "print the times of the passes, and what rays read");
+    a->view =
+        cli_add(args, arg_str0(NULL, "view", "VIEW",
+                               "shaded (default), normals, reads (of memory by each ray; 64 and more are brightest) or levels"));
     a->epsilon = cli_add(
         args, arg_str0(NULL, "epsilon", "E", "the surface's thickness in finest cells; default 0.1; below 0: rays as published"));
     a->sun = cli_add(args, arg_str0(NULL, "sun", "X,Y,Z", "the way to the sun"));
@@ -173,9 +176,10 @@ static void add_options(cli_args *args, shot_args *a) {
     a->reflection = cli_add(args, arg_str0(NULL, "reflection", "R", "0 to 1: part of the light that comes by a reflected ray"));
     a->refraction = cli_add(args, arg_str0(NULL, "refraction", "N", "above 1: the surface is glass of this refractive index"));
     a->budget = cli_add(args, arg_str0(NULL, "budget", "MIB", "of files with parts: memory for octrees; default 256"));
-    a->distance = cli_add(args, arg_str0(NULL, "distance", "D",
-                                         "of files with parts: what is farther away is coarse; default a "
-                                         "quarter of the box's diagonal"));
+    a->distance =
+        cli_add(args, arg_str0(NULL, "distance", "D",
+                               "of files with parts: what is farther away is coarse, so give more for all of it; default a "
+                               "quarter of the box's diagonal"));
     octree_options_add(args, &a->octree, "cells", true);
 }
 

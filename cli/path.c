@@ -23,7 +23,8 @@ void path_options_add(cli_args *args, path_options *o) {
 }
 
 void path_options_add_mesh(cli_args *args, path_options *o) {
-    add(args, o, 1e18, "in the mesh's units and degrees: yaw 0 looks along +x, 90 along +y, pitch 90 up; default: all is seen");
+    add(args, o, 1e18,
+        "in the mesh's units, or voxels, and degrees: yaw 0 looks along +x, 90 along +y, pitch 90 up; default: all is seen");
 }
 
 bool path_numbers(const char *text, int least, int most, double *values) {

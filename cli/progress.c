@@ -12,6 +12,16 @@ progress progress_begin(const char *what, bool enabled) {
     return (progress){.what = what, .enabled = enabled && isatty(STDERR_FILENO), .started = now, .drawn = now};
 }
 
+progress progress_wait(const char *what, bool enabled) {
+    progress bar = progress_begin(what, enabled);
+    bar.shown = bar.enabled;
+    if (bar.shown) {
+        fprintf(stderr, "\r%s ...", what);
+        fflush(stderr);
+    }
+    return bar;
+}
+
 bool progress_step(void *user, uint64_t done, uint64_t total) {
     enum { WIDTH = 30, INTERVAL_MS = 100, PATIENCE_MS = 300 };
     progress *bar = user;

@@ -14,6 +14,8 @@ typedef struct progress {
 } progress;
 
 progress progress_begin(const char *what, bool enabled);
+// The same for work that does not tell how far it is: the line stays as it is until progress_end.
+progress progress_wait(const char *what, bool enabled);
 // An fm_progress_fn; `user` is the progress.
 bool progress_step(void *user, uint64_t done, uint64_t total);
 void progress_end(progress *bar);

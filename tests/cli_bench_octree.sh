@@ -68,7 +68,19 @@ assert all(r["wrong"] <= 0.02 * r["samples"] and r["primary"]["median_ms"] > 0 f
 assert all(r["bytes"] == r["node_bytes"] + r["leaf_bytes"] + r["attribute_bytes"] for r in d if r["way"] != "field")
 ' "$work/p.json" || bad "p.json is not as expected"
 fi
-"$root/script/reproduce-vcp" "$(dirname "$fathom")" --quick --size 16 --picture 48x30 --data "$work/nothing" --out "$work/t" >"$work/.out" 2>"$work/.err" ||
+# One of the rows is made to fail.
+mkdir "$work/built"
+cat >"$work/built/fathom" <<END
+#!/bin/sh
+"$fathom" "\$@" || exit
+for file do
+    case \$file in
+    *code.csv) sed '2s/""\$/"too large, it is said"/' "\$file" >"$work/code" && cp "$work/code" "\$file" ;;
+    esac
+done
+END
+chmod +x "$work/built/fathom"
+"$root/script/reproduce-vcp" "$work/built" --quick --size 16 --picture 48x30 --data "$work/nothing" --out "$work/t" >"$work/.out" 2>"$work/.err" ||
     bad "it failed: $(tail -n 3 "$work/.err")"
 grep -q '^| Thai statue, published (10 M triangles) | 2048, 1075 MiB | 2048, 1075 MiB | 4096, 1096 MiB | 2048, 860 MiB |' "$work/t/tables.md" ||
     bad "the published memory is missing"
@@ -76,8 +88,10 @@ grep -q '^| torus, ours (0.02 M triangles) | 16, [0-9.]* MiB | [0-9]*, [0-9.]* M
 grep -q '^| Raptor bottom, published | 13.2 | 12.9 | 12.7 | 16.8 |' "$work/t/tables.md" || bad "the published times are missing"
 grep -q '^| building | closest | 16 | ' "$work/t/tables.md" || bad "what is shared is missing"
 grep -q 'Small octrees and pictures only' "$work/t/tables.md" || bad "it does not say that octrees were small"
+grep -q '^| torus | spherical, failed | 16 | ' "$work/t/tables.md" || bad "a row that failed does not say so"
+grep -q '^- torus, spherical, 16 cells: too large, it is said' "$work/t/tables.md" || bad "why a row failed is not said"
 [ -s "$work/t/strip.png" ] || bad "no strip"
 (cd "$work" && "$root/script/reproduce-vcp" nothing >.out 2>.err) && bad "a tree that is not there was measured"
-rm -rf "$work/t"
+rm -rf "$work/t" "$work/built" "$work/code"
 holds p.csv p.json m.csv e.csv e.png u.csv z.csv s.csv c.csv
 finish

@@ -49,6 +49,14 @@ ends 2 octree build t.obj o.fmo --kind distance --sign maybe
 ends 2 octree build t.obj o.fmo --kind distance --code floats
 ends 2 octree build t.obj o.fmo --kind dag --share
 ends 2 octree build t.obj o.fmo --kind distance --attribute triangle
+ends 2 octree build t.obj o.fmo --kind dag --attribute triangle
+says 'voxels, svo and tree64'
+ends 2 octree build t.obj o.fmo --kind svo --threshold 1
+says 'below 0'
+ends 2 octree build t.obj o.fmo --solid 2
+says 'not of meshes'
+ends 2 octree build t.obj t.obj
+says 'end the name in .fmo'
 ends 2 octree build t.obj o.fmo --attribute smell
 ends 2 octree build t.obj o.fmo --box 0,0,0,1,1
 ends 2 octree build t.obj o.fmo --box 0,0,0,1,-1,1
@@ -67,7 +75,7 @@ holds t.obj
 small="--size 24 --backend cpu --quiet"
 # shellcheck disable=SC2086
 for way in "" "--kind distance --sign winding" "--code octahedral --share" "--code floats --attribute triangle" \
-    "--kind bricks" "--kind voxels" "--kind svo" "--kind dag" "--kind tree64" "--code short --band 0.1" "--method grown --rounds 4" "--box=-1,-1,-1,2,2,2 --threshold -1" "--top 1" "--parts 3 --coarse 12"; do
+    "--kind bricks" "--kind voxels --attribute triangle" "--kind svo --attribute triangle --threshold -1" "--kind dag" "--kind tree64" "--code short --band 0.1" "--method grown --rounds 4" "--box=-1,-1,-1,2,2,2 --threshold -1" "--top 1" "--parts 3 --coarse 12"; do
     ends 0 octree build t.obj o.fmo $small $way
     [ ! -s "$work/.out" ] || bad "--quiet prints with \"$way\""
     ends 0 octree info o.fmo
@@ -76,6 +84,8 @@ for way in "" "--kind distance --sign winding" "--code octahedral --share" "--co
     grep -q '"levels":' "$work/.out" || bad "info --json with \"$way\""
     rm "$work/o.fmo"
 done
+ends 0 octree build t.obj o.fmo --size 16 --backend cpu --box 5,5,5,6,6,6
+grep -q 'does --box miss it?' "$work/.err" || bad "a box that misses the mesh is not told"
 ends 0 octree build t.obj o.fmo --size 24 --backend cpu --json
 grep -q '"build_milliseconds":' "$work/.out" || bad "build --json"
 grep -q '"parts":	0' "$work/.out" || bad "a whole file says that it has parts"
@@ -98,6 +108,11 @@ ends 0 octree build city.npy v.fmo --backend cpu --quiet
 ends 0 octree info v.fmo
 grep -q '^    kind        voxels' "$work/.out" || bad "voxels become: $(cat "$work/.out")"
 ends 0 octree build city.npy v.fmo --kind voxels --solid 200 --backend cpu --quiet
+for way in "--size 8" "--box 0,0,0,1,1,1" "--attribute triangle"; do
+    # shellcheck disable=SC2086
+    ends 2 octree build city.npy v.fmo $way
+    says 'have their own'
+done
 ends 2 octree build city.npy v.fmo --kind voxels --parts 2 --backend cpu
 says 'no mesh'
 # Pictures.

@@ -65,7 +65,7 @@ FM_API void fm_octree_stream_describe(const fm_octree_stream *stream, fm_octree_
 typedef enum fm_octree_picture_view {
     FM_OCTREE_SHADED = 0,
     FM_OCTREE_NORMALS,
-    FM_OCTREE_READS,   // of memory by each ray, as a heat map
+    FM_OCTREE_READS,   // of memory by each ray, as a heat map: 64 and more are brightest
     FM_OCTREE_LEVELS,  // the level of the leaf that was hit
 } fm_octree_picture_view;
 
