@@ -179,6 +179,7 @@ static void check_arguments(void) {
     CHECK_FAILS(fm_octree_build_voxels(context, NULL, &desc, &octree), FM_ERROR_INVALID_ARGUMENT);
     CHECK_FAILS(fm_octree_build_voxels(context, &source, &desc, NULL), FM_ERROR_INVALID_ARGUMENT);
     CHECK_FAILS(fm_octree_build_voxels(context, &source, NULL, &octree), FM_ERROR_UNSUPPORTED);
+    CHECK(strstr(fm_last_error(), "kind is FM_OCTREE_CLOSEST") != NULL);
     source.shape[1] = 0;
     CHECK_FAILS(fm_octree_build_voxels(context, &source, &desc, &octree), FM_ERROR_INVALID_ARGUMENT);
     source.shape[1] = (1 << 20) + 1;

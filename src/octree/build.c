@@ -217,9 +217,9 @@ fm_result fm_octree_check_attribute(const fm_octree_desc *desc) {
     const bool numbers = voxels && !voxels->colorless && desc->attribute != FM_OCTREE_TEXTURE;
     if (desc->attribute != FM_OCTREE_PLAIN && desc->kind != FM_OCTREE_CLOSEST && !numbers) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT,
-                       "attribute is %d with kind %d: FM_OCTREE_CLOSEST keeps all, _VOXELS, _CONTOURS and _TREE64 keep "
+                       "attribute is %d with kind %s: FM_OCTREE_CLOSEST keeps all, _VOXELS, _CONTOURS and _TREE64 keep "
                        "FM_OCTREE_TRIANGLE and _COLOR, the others only FM_OCTREE_PLAIN",
-                       (int)desc->attribute, (int)desc->kind);
+                       (int)desc->attribute, fm_octree_kind_name(desc->kind));
     }
     return FM_OK;
 }

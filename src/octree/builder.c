@@ -59,8 +59,8 @@ static fm_result soup_of_spill(fm_octree_build *build, uint64_t chunk, fm_octree
 
 static fm_result check_builder(const fm_octree_desc *desc) {
     if (desc->kind != FM_OCTREE_CLOSEST && desc->kind != FM_OCTREE_DISTANCE) {
-        return fm_fail(FM_ERROR_UNSUPPORTED, "kind is %d: streamed builds are of FM_OCTREE_CLOSEST and FM_OCTREE_DISTANCE",
-                       (int)desc->kind);
+        return fm_fail(FM_ERROR_UNSUPPORTED, "kind is %s: streamed builds are of FM_OCTREE_CLOSEST and FM_OCTREE_DISTANCE",
+                       fm_octree_kind_name(desc->kind));
     }
     if (desc->kind == FM_OCTREE_DISTANCE && desc->sign != FM_SIGN_NONE) {
         return fm_fail(FM_ERROR_UNSUPPORTED, "sign is %d: triangles that are not all there have no inside, only FM_SIGN_NONE",

@@ -20,6 +20,13 @@ enum { MOST_CELLS = 1 << 20, LEAST_LEVELS = 3, MOST_LEVELS = 20 };
 // them is crossed in fewer steps: 8^3 cells.
 static const uint64_t TOP_BYTES = 1 << 20, VOXEL_TOP_BYTES = 1 << 11, HOST_BYTES = 1 << 30;
 
+const char *fm_octree_kind_name(fm_octree_kind kind) {
+    static const char *const names[FM_OCTREE_KINDS] = {"FM_OCTREE_CLOSEST",  "FM_OCTREE_DISTANCE", "FM_OCTREE_VOXELS",
+                                                       "FM_OCTREE_CONTOURS", "FM_OCTREE_DAG",      "FM_OCTREE_TREE64",
+                                                       "FM_OCTREE_BRICKS"};
+    return names[kind];
+}
+
 static fm_result check_numbers(const fm_octree_desc *desc) {
     if (desc->size > MOST_CELLS) {
         return fm_fail(FM_ERROR_INVALID_ARGUMENT, "size is %u: at most %d cells", desc->size, MOST_CELLS);

@@ -52,6 +52,7 @@ struct fm_octree {
 #define FM_OCTREE_GREATEST_CELL 0x1p62
 
 // octree.c
+const char *fm_octree_kind_name(fm_octree_kind kind);  // a known one, as the header has it
 fm_result fm_octree_check_desc(const fm_octree_desc *desc, fm_octree_desc *filled);
 // A new octree with `info` and `head` of the grid that `desc` (checked) asks for in a box; arrays empty.
 fm_result fm_octree_new(fm_context *context, const fm_octree_desc *desc, const double low[3], const double high[3],

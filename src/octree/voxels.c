@@ -247,8 +247,8 @@ fm_result fm_voxel_build_fed(fm_context *context, fm_voxel_feed *feed, const fm_
     FM_TRY(check_source(feed->source));
     FM_TRY(fm_octree_check_desc(desc, &filled));
     if (!fm_voxel_kind_of(filled.kind)) {
-        return fm_fail(FM_ERROR_UNSUPPORTED, "kind %d is not one of voxels: VOXELS, CONTOURS, DAG and TREE64 are",
-                       (int)filled.kind);
+        return fm_fail(FM_ERROR_UNSUPPORTED, "kind is %s: voxels become FM_OCTREE_VOXELS, _CONTOURS, _DAG or _TREE64",
+                       fm_octree_kind_name(filled.kind));
     }
     filled.size = 1;
     filled.attribute = FM_OCTREE_PLAIN;
@@ -422,7 +422,8 @@ static fm_result check_update(const fm_octree *octree, const fm_voxel_feed *feed
     }
     FM_TRY(check_source(feed->source));
     if (!fm_voxel_kind_of(octree->info.kind)) {
-        return fm_fail(FM_ERROR_UNSUPPORTED, "an octree of kind %d takes no updates from voxels", (int)octree->info.kind);
+        return fm_fail(FM_ERROR_UNSUPPORTED, "an octree of kind %s takes no updates from voxels",
+                       fm_octree_kind_name(octree->info.kind));
     }
     for (int axis = 0; axis < 3; axis++) {
         if (feed->source->shape[axis] != octree->info.cells[axis]) {
