@@ -22,25 +22,30 @@ static bool sheet_of(const fm_octree_build *build, int level, uint32_t x, uint32
     const fm_octree_field *field = &build->chunk.fields[level];
     const int code = (int)build->desc->code;
     const float scale = 1 / sheet->edge;
-    fm_vcp_cell cell;
-    for (uint32_t i = 0; i < 8; i++) {
+    const bool coded = code != FM_GPU_FLOATS;
+    fm_vcp_arm arms[8];
+    float most = -1;
+    int longest = 0;
+    for (int i = 0; i < 8; i++) {
         const float *v = field->vectors[fm_node_at(field->shape, x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))];
         const fm_v3 own = {v[0] * scale, v[1] * scale, v[2] * scale};
-        const bool coded = code != FM_GPU_FLOATS;
-        cell.v[i] = coded ? fm_vcp_decode(fm_vcp_encode(own, code, FM_OCTREE_REACH), code, FM_OCTREE_REACH) : own;
+        const fm_v3 kept = coded ? fm_vcp_decode(fm_vcp_encode(own, code, FM_OCTREE_REACH), code, FM_OCTREE_REACH) : own;
+        const float length2 = fm_dot(kept, kept);
+        longest = length2 > most ? i : longest;
+        most = fmaxf(most, length2);
+        arms[i] = fm_vcp_arm_of(kept);
     }
+    fm_vcp_plane plane = fm_vcp_plane_of(arms[longest], longest);
     const fm_v3 zero = {0, 0, 0}, axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    for (int axis = 0; axis < 3; axis++) {
-        const fm_vcp_sheet along = fm_vcp_sheet_of(cell, zero, axes[axis]);
-        if (along.corner < 0) {
-            return false;
-        }
-        for (int i = 0; i < 8; i++) {
-            sheet->value[i] = along.value[i] * sheet->edge;
-            sheet->rate[axis][i] = along.rate[i];
+    for (int i = 0; i < 8; i++) {
+        plane = fm_vcp_plane_with(plane, arms[i], i);
+        for (int axis = 0; axis < 3; axis++) {
+            const fm_vcp_pull pull = fm_vcp_pull_of(plane, arms[i], i, zero, axes[axis]);
+            sheet->value[i] = pull.value * sheet->edge;
+            sheet->rate[axis][i] = pull.rate;
         }
     }
-    return true;
+    return fm_vcp_sheets(plane, longest) >= 0;
 }
 
 // How far the surface is ahead along the normal, by the leaf.

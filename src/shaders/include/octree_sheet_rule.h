@@ -134,30 +134,7 @@ FM_RULE fm_int fm_vcp_sheets(fm_vcp_plane plane, fm_int corner) {
     return plane.least > FM_VCP_ALIKE ? one : FM_VCP_NO_SHEET;
 }
 
-// Of vectors as they are; fm_vcp_sheet_in of those of a leaf, without having all eight at once.
-FM_RULE fm_vcp_sheet fm_vcp_sheet_of(fm_vcp_cell cell, fm_v3 u, fm_v3 way) {
-    fm_vcp_sheet sheet;
-    fm_float most = -1;
-    sheet.corner = 0;
-    for (int i = 0; i < 8; i++) {
-        fm_float length2 = fm_dot(cell.v[i], cell.v[i]);
-        sheet.corner = length2 > most ? i : sheet.corner;
-        most = FM_MAX(most, length2);
-    }
-    fm_vcp_plane plane = fm_vcp_plane_of(fm_vcp_arm_of(cell.v[sheet.corner]), sheet.corner);
-    sheet.against = fm_dot(plane.along, way);
-    for (int i = 0; i < 8; i++) {
-        fm_vcp_arm arm = fm_vcp_arm_of(cell.v[i]);
-        fm_vcp_pull pull = fm_vcp_pull_of(plane, arm, i, u, way);
-        sheet.value[i] = pull.value;
-        sheet.rate[i] = pull.rate;
-        plane = fm_vcp_plane_with(plane, arm, i);
-    }
-    sheet.corner = fm_vcp_sheets(plane, sheet.corner);
-    sheet.bent = plane.bent;
-    return sheet;
-}
-
+// Of the vectors of a leaf.
 FM_RULE fm_vcp_sheet fm_vcp_sheet_in(fm_octree_head head, fm_octree_eight words, fm_uint leaf, fm_float size, fm_v3 u, fm_v3 way) {
     fm_vcp_sheet sheet;
     fm_float most = -1;
