@@ -151,17 +151,10 @@ static void check_mesh(fm_context *context, const char *name, scene_mesh *scene,
 }
 
 int main(int count, char **arguments) {
-    vulkan_options options;
-    if (!vulkan_parse(count, arguments, &options)) {
-        return 2;
-    }
-    const fm_context_desc desc = {.backend = FM_BACKEND_CPU, .threads = 2};
     fm_context *context = NULL;
-    if (count > 1 && vulkan_open(&options, NULL, &context) != FM_OK) {
-        return vulkan_missing();
-    }
-    if (count == 1 && !CHECK_OK(fm_context_create(&desc, &context))) {
-        return check_summary();
+    int status;
+    if (!vulkan_or_cpu(count, arguments, &context, &status)) {
+        return status;
     }
     const float centre[3] = {0, 0, 0};
     scene_mesh ball = scene_mesh_sphere(40, 80, centre, 0.8f), tubes = scene_mesh_tubes(48, centre, 1.6f);

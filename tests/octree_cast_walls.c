@@ -116,17 +116,10 @@ static void check_ends(fm_mesh *mesh, fm_octree_kind kind) {
 }
 
 int main(int count, char **arguments) {
-    vulkan_options options;
-    if (!vulkan_parse(count, arguments, &options)) {
-        return 2;
-    }
-    const fm_context_desc desc = {.backend = FM_BACKEND_CPU, .threads = 2};
     fm_context *context = NULL;
-    if (count > 1 && vulkan_open(&options, NULL, &context) != FM_OK) {
-        return vulkan_missing();
-    }
-    if (count == 1 && !CHECK_OK(fm_context_create(&desc, &context))) {
-        return check_summary();
+    int status;
+    if (!vulkan_or_cpu(count, arguments, &context, &status)) {
+        return status;
     }
     make_rays();
     static const double walls[] = {0.6, 0.75, 1, 1.5, 2.5};

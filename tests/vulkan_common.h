@@ -58,6 +58,26 @@ static inline fm_result vulkan_open(const vulkan_options *options, const fm_allo
     return fm_context_create(&desc, context);
 }
 
+// The context of a test that runs on either backend: on Vulkan where its command line says anything. False: the test ends with
+// `*status`.
+static inline bool vulkan_or_cpu(int count, char **arguments, fm_context **context, int *status) {
+    vulkan_options options;
+    if (!vulkan_parse(count, arguments, &options)) {
+        *status = 2;
+        return false;
+    }
+    const fm_context_desc desc = {.backend = FM_BACKEND_CPU, .threads = 2};
+    if (count > 1 && vulkan_open(&options, NULL, context) != FM_OK) {
+        *status = vulkan_missing();
+        return false;
+    }
+    if (count == 1 && !CHECK_OK(fm_context_create(&desc, context))) {
+        *status = check_summary();
+        return false;
+    }
+    return true;
+}
+
 static inline void vulkan_close(fm_context *context) {
     CHECK(!context || fm_context_validation_messages(context) == 0);
     fm_context_destroy(context);
